@@ -1,7 +1,7 @@
 //! How fast the robot's time passes: at 10 Hz, or slower where this machine cannot keep that up.
 //!
-//! Many processes at 10 Hz need a share of a processor that a slow or busy machine does not have. Every claim about them
-//! is about cycles and the robot's time, and holds at any pace.
+//! Many processes at 10 Hz need a share of a processor that a slow or busy machine does not have. Every claim about
+//! them is about cycles and the robot's time, and holds at any pace.
 
 use std::time::Duration;
 

@@ -8,7 +8,7 @@ pub(super) const TRUTH: &str = "#0072B2";
 pub(super) const BELIEF: &str = "#D55E00";
 pub(super) const GOAL: &str = "#009E73";
 pub(super) const PERSON: &str = "#A6457F";
-/// What the crowd density model makes of them.
+/// The crowds that the density model makes of people.
 pub(super) const CROWD: &str = "#E69F00";
 /// The start, the chosen candidate and the text.
 pub(super) const INK: &str = "#1a1a1a";
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_still_has_a_colour() {
+    fn nan_has_a_colour_as_well() {
         assert_eq!(cost_colour(f64::NAN).len(), 7);
     }
 }

@@ -24,20 +24,20 @@ crate::parameters! {
         pub wall_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.05,
         /// Room kept to people whatever the uncertainty, metres.
         pub person_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.1,
-        /// Whether candidates from which the robot could still be stopped short of people, if they stopped walking right
-        /// now, are preferred to all others. The paper has no such rule.
+        /// Whether candidates from which the robot could still be stopped short of people, if they stopped walking
+        /// right now, are preferred to all others. The paper has no such rule.
         pub stop_short: bool = true,
         /// Seconds of a trajectory that are checked: the same for every planner, however far it looks ahead. Beyond, a
         /// forecast at constant velocity says little, and the next cycles look again.
         pub horizon: f64 [0.1, 60.0, "s", "a decision is followed for a second, and no forecast holds for a minute"] = 3.9,
-        /// If nothing is free for so long, what is free for at least these seconds, and longest, is driven: a robot that stands
-        /// still is run into as well. From `horizon` on nothing is, as in the paper.
+        /// If nothing is free for so long, what is free for at least these seconds, and longest, is driven: a robot
+        /// that stands still is run into as well. From `horizon` on nothing is, as in the paper.
         pub evade: f64 [0.0, 60.0, "s", "no forecast holds for a minute"] = 60.0,
-        /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there as
-        /// well as now. At 0 all people are forecast to walk on.
+        /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there
+        /// as well as now. At 0 all people are forecast to walk on.
         pub standing: f64 [0.0, 1.0, "m/s", "people walk faster than that"] = 0.0,
-        /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people who
-        /// stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
+        /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people
+        /// who stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
         pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
     }
 }
@@ -175,7 +175,8 @@ impl<'a> CollisionChecker<'a> {
         if close && !self.shape.comes_within(pose, self.map, self.wall_room) { 0.0 } else { spare }
     }
 
-    /// Radius of a disc around `p` in which every pose is known to keep its distance from walls, metres; none if negative.
+    /// Radius of a disc around `p` in which every pose is known to keep its distance from walls, metres; none if
+    /// negative.
     pub fn wall_free(&self, p: Point2) -> f64 {
         let grid = &self.map.grid;
         let clearance = self.map.to_obstacle.clearance(grid, p);
@@ -250,8 +251,8 @@ impl<'a> CollisionChecker<'a> {
         least <= body + widest + TrajectoryChecker::ROUNDING
     }
 
-    /// Where people are now, and how far the robot's centre has to keep from them there by its circumscribed disc, metres:
-    /// those on whom it depends whether it can go `reach` metres.
+    /// Where people are now, and how far the robot's centre has to keep from them there by its circumscribed disc,
+    /// metres: those on whom it depends whether it can go `reach` metres.
     pub(crate) fn discs(&self, reach: f64) -> impl Iterator<Item = (Point2, f64)> {
         let here = self.start.position();
         let body = self.shape.circumscribed_radius() + self.people.radius;

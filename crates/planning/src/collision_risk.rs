@@ -101,8 +101,8 @@ impl Contacts {
         Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, who: [0; LANES] }
     }
 
-    /// Adds the chance that the robot touches any of eight people from `first` on, whose forecasts have these means and the
-    /// standard deviation `sigma`, with the robot at `p`. Beyond contact and four of these there is none.
+    /// Adds the chance that the robot touches any of eight people from `first` on, whose forecasts have these means and
+    /// the standard deviation `sigma`, with the robot at `p`. Beyond contact and four of these there is none.
     #[inline(always)]
     pub(crate) fn add<S: Simd>(
         &mut self,

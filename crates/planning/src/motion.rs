@@ -136,8 +136,8 @@ impl RobotModel {
     }
 
     /// Mean speed below which a candidate counts as slow (D4), m/s: the share `min_speed / v_max` of the mean of the
-    /// fastest one, which goes straight on from `v` m/s and stands after `steps` states `dt` seconds apart. From rest, and
-    /// with a stop at the end as every candidate has, none is as fast as a robot that cruises.
+    /// fastest one, which goes straight on from `v` m/s and stands after `steps` states `dt` seconds apart. From rest,
+    /// and with a stop at the end as every candidate has, none is as fast as a robot that cruises.
     pub fn slow_below(&self, min_speed: f64, v: f64, steps: usize, dt: f64) -> f64 {
         let after = |k: usize| self.v_max.min(v + self.a_max * dt * k as f64);
         let before_stop = |k: usize| self.a_max * dt * (steps - k) as f64;
@@ -230,8 +230,8 @@ impl OdometryNoise {
         Matrix3::from_diagonal(&self.variances(travel, turn))
     }
 
-    /// `A Sigma A' + M'`: the covariance of a pose after an increment of `travel` metres and `turn` radians that moved it by
-    /// `displacement` in the map frame (eq. 7). A heading error swings the displacement around.
+    /// `A Sigma A' + M'`: the covariance of a pose after an increment of `travel` metres and `turn` radians that moved
+    /// it by `displacement` in the map frame (eq. 7). A heading error swings the displacement around.
     pub fn propagate(
         &self,
         covariance: &Matrix3<f64>,

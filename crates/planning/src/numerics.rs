@@ -10,7 +10,8 @@ pub use libm::{asin, atan2, erf, exp, log as ln, sincos as sin_cos};
 /// Greatest angle that [`sinc_cos`] takes, radians.
 pub const SMALL_ANGLE: f64 = 0.5;
 
-/// `sin(x) / x` and `cos(x)` for |x| <= [`SMALL_ANGLE`] only, by their Taylor series, to 1e-16; of a number or of lanes.
+/// `sin(x) / x` and `cos(x)` for |x| <= [`SMALL_ANGLE`] only, by their Taylor series, to 1e-16; of a number or of
+/// lanes.
 #[inline(always)]
 pub fn sinc_cos<T: Copy + Mul<Output = T> + Mul<f64, Output = T> + Add<f64, Output = T>>(x: T) -> (T, T) {
     const S: [f64; 6] =

@@ -246,16 +246,16 @@ crate::parameters! {
         /// Error of position with which the robot still counts as being at the goal, metres: the mission's
         /// `goal_tolerance`.
         pub tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
-        /// A robot that is nearer than `arrive_distance` goes on until the distance and this many standard deviations of
-        /// its position are within `tolerance`, or until what it would drive no longer ends nearer to the goal, for 5 s
-        /// at most.
+        /// A robot that is nearer than `arrive_distance` goes on until the distance and this many standard deviations
+        /// of its position are within `tolerance`, or until what it would drive no longer ends nearer to the goal, for
+        /// 5 s at most.
         pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.0,
     }
 }
 
 impl GoalTolerance {
-    /// Whether a robot that believes it is `distance` metres from the goal, with this standard deviation of position, is
-    /// taken to be there.
+    /// Whether a robot that believes it is `distance` metres from the goal, with this standard deviation of position,
+    /// is taken to be there.
     pub(crate) fn is_sure(&self, distance: f64, sigma: f64) -> bool {
         self.sigma_factor == 0.0 || distance + self.sigma_factor * sigma <= self.tolerance
     }
@@ -292,8 +292,8 @@ crate::parameters! {
         pub radius: f64 [0.01, 100.0, "m", "nearer is the same place, and farther is another room"] = 3.0,
         /// Seconds for which the robot is impatient.
         pub lasts: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 8.0,
-        /// Seconds in one place, of those for which it has been impatient, after which it is so no longer: something stands
-        /// right before it, and it has to give way.
+        /// Seconds in one place, of those for which it has been impatient, after which it is so no longer: something
+        /// stands right before it, and it has to give way.
         pub stands: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 2.0,
         /// What a term that gives way weighs while the robot is impatient, as a share of its weight.
         pub share: f64 [0.01, 1.0, "", "a term that counts for nothing is left out, and none counts for more"] = 0.2,
@@ -319,8 +319,8 @@ crate::parameters! {
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct UnseenParams {
-        /// Seconds for which the driver has to brake because something is too close until the scene has someone there. At
-        /// 0 it never has, as in the paper.
+        /// Seconds for which the driver has to brake because something is too close until the scene has someone there.
+        /// At 0 it never has, as in the paper.
         pub after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
         /// Seconds for which the scene has someone there, after the driver has braked last.
         pub keep: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 6.0,

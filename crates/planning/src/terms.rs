@@ -1,8 +1,8 @@
 //! The cost terms that are built in: what each takes from a profile, what it needs derived, how it is built.
 //!
 //! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] in `terms/built_in.rs` with its name
-//! in the list at the end of that file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
-//! it here. The example `own_term` is a term, complete.
+//! in the list at the end of that file, and an entry under `[terms]` in a profile. Services, arbiter and command line
+//! find it here. The example `own_term` is a term, complete.
 
 mod built_in;
 

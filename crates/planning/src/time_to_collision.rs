@@ -4,7 +4,8 @@ use crate::geometry::{Pose2, Twist};
 use crate::numerics::sin_cos;
 use crate::scene::People;
 
-/// Seconds until the robot, a disc of `radius` metres, and one of `people` touch if all go on at constant velocity: when
+/// Seconds until the robot, a disc of `radius` metres, and one of `people` touch if all go on at constant velocity:
+/// when
 /// |p + v t| = R for the first time. 0 if they touch already, infinite if they never will.
 pub fn time_to_collision(pose: Pose2, twist: Twist, radius: f64, people: &People) -> f64 {
     let (sine, cosine) = sin_cos(pose.heading);

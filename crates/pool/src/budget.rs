@@ -12,12 +12,12 @@ const LONGEST: Duration = Duration::from_millis(MAX_BUDGET_MS as u64);
 const STAGES: f64 = 0.8;
 /// Evaluation still has this share of it if it usually takes less: what is unusual needs time as well.
 const LEAST: f64 = 0.25;
-/// And generation this one: what it does not take is evaluation's. Generators with too much to do refuse at once; if that
-/// counted as needing little time, robots would give them less and less, and each another share.
+/// And generation this one: what it does not take is evaluation's. Generators with too much to do refuse at once; if
+/// that counted as needing little time, robots would give them less and less, and each another share.
 const LEAST_OF_GENERATION: f64 = 0.5;
 
-/// The time of one stage. The pool has the first half of it: a question unanswered after a quarter is late and may go to
-/// another replica as well, and at half the arbiter computes what is missing in process.
+/// The time of one stage. The pool has the first half of it: a question unanswered after a quarter is late and may go
+/// to another replica as well, and at half the arbiter computes what is missing in process.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     start: Duration,
@@ -32,7 +32,8 @@ impl Budget {
         Self::new(now, mission, |both| both.mul_f64(stages.share_of_generation()))
     }
 
-    /// Of evaluation, which begins `now` in a cycle that began at `began`: what generation has left of the time for both.
+    /// Of evaluation, which begins `now` in a cycle that began at `began`: what generation has left of the time for
+    /// both.
     pub fn of_evaluation(began: Duration, now: Duration, mission: &Mission) -> Self {
         Self::new(now, mission, |both| (began + both).saturating_sub(now).max(both.mul_f64(LEAST)))
     }

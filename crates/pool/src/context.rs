@@ -83,8 +83,9 @@ impl PlanContext {
         (!self.alone).then_some(keys::GENERATOR).into_iter().chain(self.pool_terms())
     }
 
-    /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it ready, so
-    /// each robot has one per tree, and one for when one of these fails. What evaluators prepare for, robots share.
+    /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it
+    /// ready, so each robot has one per tree, and one for when one of these fails. What evaluators prepare for, robots
+    /// share.
     pub fn replicas_wanted(&self, role: &str) -> usize {
         if role == keys::GENERATOR { self.course.profile.trees as usize + 1 } else { EVALUATORS_WANTED }
     }

@@ -46,8 +46,8 @@ pub async fn generate<P: Peers>(
     shape: Shape,
     budget: Budget,
 ) -> Option<Grown> {
-    // Each tree has its own, which has prepared for the goal; any other takes over the tree, which travels with the
-    // request.
+    // Each tree has a replica of its own, which has prepared for the goal. Any other can take over, because the tree
+    // travels with the question.
     let preferred = {
         let mut replicas = pool.replicas();
         replicas.wake(pool.peers.now());

@@ -40,9 +40,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, answer))
 }
 
-/// The answer of `instance` within the budget of `request`, of which some has `elapsed`. A
-/// request for no growth derives what such requests need; any other for which it has not been derived is refused as cold,
-/// at once.
+/// The answer of `instance` within the budget of `request`, of which some has `elapsed`. A request for no growth
+/// derives what such requests need; any other for which it has not been derived is refused as cold, at once.
 pub fn answer(
     instance: &str,
     fields: &Fields,

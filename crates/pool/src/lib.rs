@@ -1,7 +1,7 @@
 //! How work is split over replicas, both halves.
 //!
-//! The side that asks: [`context`] makes the [`question`]s of a mission, and [`dispatch`] splits a batch evenly over the
-//! [`replicas`] that are ready, within a [`budget`]. [`pool`] asks again elsewhere when a replica fails or is late.
+//! The side that asks: [`context`] makes the [`question`]s of a mission, and [`dispatch`] splits a batch evenly over
+//! the [`replicas`] that are ready, within a [`budget`]. [`pool`] asks again elsewhere when a replica fails or is late.
 //! [`peers`] is the way to them, over Zenoh or in a test.
 //!
 //! The side that answers: [`generator`] and `evaluation_service`, which serves one of the [`evaluators`], are each a

@@ -170,8 +170,8 @@ impl<P: Peers> Pool<P> {
         }
     }
 
-    /// Another replica for a question that `asked` have not answered. One that is not free counts among the few that may
-    /// be asked twice.
+    /// Another replica for a question that `asked` have not answered. One that is not free counts among the few that
+    /// may be asked twice.
     fn spare(&self, role: &str, asked: &[String], is_free: bool) -> Option<String> {
         let mut replicas = self.replicas();
         let spare = replicas.spare(role, asked)?;

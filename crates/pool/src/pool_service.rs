@@ -13,13 +13,13 @@ use curionav_schemas::{Message, Refusal, Reject, keys};
 use crate::preparation::Preparations;
 use curionav_runtime::fields::Fields;
 
-/// Bytes of a question that warms a replica up and may wait until that is done: a hundred times those of a question with
-/// a built-in profile and no people.
+/// Bytes of a question that warms a replica up and may wait until that is done: a hundred times those of a question
+/// with a built-in profile and no people.
 const WARM_UP_BYTES: usize = 256 << 10;
 
-/// Serves `role`. `answer` is told who asks and when the question came, and also gives how many candidates are in the answer: they are counted, which `help` describes.
-/// A question without a `budget` warms the replica up: it is answered once all that such questions need is there, and
-/// refused as cold while that is derived beside the work.
+/// Serves `role`. `answer` is told who asks and when the question came, and also gives how many candidates are in the
+/// answer: they are counted, which `help` describes. A question without a `budget` warms the replica up: it is answered
+/// once all that such questions need is there, and refused as cold while that is derived beside the work.
 pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     role: &str,
     help: &str,

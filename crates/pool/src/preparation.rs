@@ -48,8 +48,8 @@ impl Preparations {
         Ok(Self { states, jobs })
     }
 
-    /// Sees to it that `prepare` is done, once for all who ask with the same `key` meanwhile. The refusal says that it is
-    /// not done yet, or why it has failed; asked once more after that, it is tried again.
+    /// Sees to it that `prepare` is done, once for all who ask with the same `key` meanwhile. The refusal says that it
+    /// is not done yet, or why it has failed; asked once more after that, it is tried again.
     pub(crate) fn refuse(
         &self,
         key: u64,

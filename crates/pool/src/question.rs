@@ -34,8 +34,8 @@ impl Parameters {
     }
 }
 
-/// What the generator of a profile takes from it. Tables that only other generators read stay behind: a replica reads the
-/// parameters in every cycle.
+/// What the generator of a profile takes from it. Tables that only other generators read stay behind: a replica reads
+/// the parameters in every cycle.
 fn generator_part(profile: &Profile) -> Result<Value, Reject> {
     let mut part = convert::to_value(&profile.generator_part())?;
     let Some(kind) = generation::find(&profile.generator) else { return Ok(part) };

@@ -17,8 +17,8 @@ use curionav_schemas::{Clock, keys};
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
 /// The pause after the first probe, and twice as long after each: what is not prepared yet may be in a moment.
 const FIRST_PAUSE: Duration = Duration::from_millis(10);
-/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of real
-/// time.
+/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of
+/// real time.
 const PAUSES_MAX: u32 = 3;
 /// The most pauses for one that refuses one question after the other as overloaded: a second after a burst the robot is
 /// to be nominal again.
@@ -26,7 +26,8 @@ const RESTS_MAX: u32 = 1;
 /// A replica computes at least this long on a shard of a batch that is split: a question costs it about 0.2 ms besides,
 /// and four replicas that spend a quarter of their time on questions are worth three.
 const SHARD_MIN: Duration = Duration::from_millis(2);
-/// And on at least so many candidates, however slow it is: with less, a pool that has too much to do would do less still.
+/// And on at least so many candidates, however slow it is: with less, a pool that has too much to do would do less
+/// still.
 const CANDIDATES_MIN: f64 = 16.0;
 /// By this share the fastest scoring of late is forgotten with every answer.
 const FORGOTTEN: f64 = 0.02;
@@ -118,8 +119,8 @@ impl Role {
         self.replicas.get(instance).is_some_and(|replica| replica.standing == Standing::Ready)
     }
 
-    /// The replicas that may be given work, each as often as it has slots: all first slots come before any second one, and
-    /// with each batch another replica comes first.
+    /// The replicas that may be given work, each as often as it has slots: all first slots come before any second one,
+    /// and with each batch another replica comes first.
     fn slots(&self) -> Vec<String> {
         let mut ready: Vec<&String> = self.order.iter().filter(|instance| self.is_ready(instance)).collect();
         let begin = self.batches % ready.len().max(1);
@@ -133,8 +134,8 @@ impl Role {
         slots.into_iter().map(|(_, instance)| instance.clone()).collect()
     }
 
-    /// Those that are to be probed next, and when: the preferred ones, until they fail a probe, and as many others as are
-    /// wanted beside those that are ready, those that have failed probes after the others.
+    /// Those that are to be probed next, and when: the preferred ones, until they fail a probe, and as many others as
+    /// are wanted beside those that are ready, those that have failed probes after the others.
     fn to_probe(&self) -> Vec<(&str, Duration)> {
         struct Due<'a> {
             is_preferred: bool,
@@ -287,8 +288,8 @@ impl Replicas {
         }
     }
 
-    /// Splits a batch of `count` candidates evenly over the replicas that may be given work: one shard for each, then one
-    /// more for each second slot, and so on. A batch that is too small for all goes to some of them in turn.
+    /// Splits a batch of `count` candidates evenly over the replicas that may be given work: one shard for each, then
+    /// one more for each second slot, and so on. A batch that is too small for all goes to some of them in turn.
     pub fn split(&mut self, role: &str, count: usize) -> Vec<Assignment> {
         let Some(of_role) = self.of.get_mut(role) else { return Vec::new() };
         of_role.batches += 1;
@@ -303,9 +304,9 @@ impl Replicas {
         assigned.collect()
     }
 
-    /// Who takes a question that all of `asked` have failed: for generators, which prepare for each goal, the one that the
-    /// robot prefers; for evaluators the next one after the last that was asked, so that the shards of a lost replica do
-    /// not all go to the same one.
+    /// Who takes a question that all of `asked` have failed: for generators, which prepare for each goal, the one that
+    /// the robot prefers; for evaluators the next one after the last that was asked, so that the shards of a lost
+    /// replica do not all go to the same one.
     pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
         if role == keys::GENERATOR {
             return self.preferred(role).into_iter().find(|instance| !asked.contains(instance));

@@ -50,8 +50,9 @@ pub struct ServiceConfig {
     /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
     /// drives the rest of its last trajectory and stops (arbiter).
     pub in_process: bool,
-    /// Whether the services of this process take turns, as in a simulated run in lockstep. The arbiter then computes itself
-    /// all that it can, because to ask another service and to copy its answer would take longer. Not part of a file.
+    /// Whether the services of this process take turns, as in a simulated run in lockstep. The arbiter then computes
+    /// itself all that it can, because to ask another service and to copy its answer would take longer. Not part of a
+    /// file.
     #[serde(skip)]
     pub takes_turns: bool,
     /// What the robot can do, and what no mission can widen (driver).

@@ -1,8 +1,8 @@
-//! A bounded queue shared fairly: of the robots that wait, the one that was served longest ago comes next. What cannot be
-//! answered in time is refused at once, while the robot can still do something else.
+//! A bounded queue shared fairly: of the robots that wait, the one that was served longest ago comes next. What cannot
+//! be answered in time is refused at once, while the robot can still do something else.
 //!
-//! A robot that is refused has not been served, so it comes before the others the next time. In a pool that is too small
-//! all robots so get about the same share, also when they ask in the same order in every cycle.
+//! A robot that is refused has not been served, so it comes before the others the next time. In a pool that is too
+//! small all robots so get about the same share, also when they ask in the same order in every cycle.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -14,9 +14,9 @@ const NEWEST: f64 = 0.2;
 /// The share of a question that is still to be computed, on average, when another one comes.
 const HALF: f64 = 0.5;
 
-/// By this share a robot counts as giving less time with every answer, and as giving more with every refusal for want of
-/// it, as long as others give more: what it gave for one question, such as one that another replica has failed, must not
-/// shut it out for good.
+/// By this share a robot counts as giving less time with every answer, and as giving more with every refusal for want
+/// of it, as long as others give more: what it gave for one question, such as one that another replica has failed, must
+/// not shut it out for good.
 const LENIENCE: f64 = 0.05;
 
 /// What one robot has waiting.
@@ -81,8 +81,8 @@ impl<T> FairQueue<T> {
         }
     }
 
-    /// Adds an item of `robot`, of so many bytes, that comes `now`. Gives back what must go: while the queue is full the
-    /// newest of the line that has most, if that one has more than its share, else this item; and what cannot be
+    /// Adds an item of `robot`, of so many bytes, that comes `now`. Gives back what must go: while the queue is full
+    /// the newest of the line that has most, if that one has more than its share, else this item; and what cannot be
     /// answered in the time that its robot gives.
     pub fn push(&mut self, robot: &str, bytes: usize, now: Duration, item: T) -> Vec<T> {
         let mut refused = Vec::new();
@@ -134,8 +134,8 @@ impl<T> FairQueue<T> {
         self.robots.insert(robot.to_owned(), Robot { served: self.turn, budget: None });
     }
 
-    /// Takes out what cannot be answered in time, as far as is known. What nothing is in the way of stays: else a replica
-    /// that was slow once would never be found to be fast again.
+    /// Takes out what cannot be answered in time, as far as is known. What nothing is in the way of stays: else a
+    /// replica that was slow once would never be found to be fast again.
     fn shed(&mut self, now: Duration) -> Vec<T> {
         let at_once = self.slots.saturating_sub(self.at_work);
         let mut kept = 0;
@@ -197,8 +197,8 @@ impl<T> FairQueue<T> {
         Some(item)
     }
 
-    /// An item of `robot` is done. If it was work that was to be done in a time of `budget`, what it took tells how long
-    /// others will wait; nothing is learnt from one that was refused.
+    /// An item of `robot` is done. If it was work that was to be done in a time of `budget`, what it took tells how
+    /// long others will wait; nothing is learnt from one that was refused.
     pub fn done(&mut self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         self.at_work = self.at_work.saturating_sub(1);
         let Some(budget) = budget else { return };

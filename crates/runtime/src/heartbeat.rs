@@ -1,8 +1,9 @@
 //! A process says to its supervisor that it still works.
 //!
-//! The supervisor asks with a byte through standard input. The process then asks its own status, as anyone on the network
-//! would, but within its own session, and prints a line once that is answered. So what is shown to work is the runtime,
-//! the task that runs the service, the session, and a thread that answers; routers and other processes have no part in it.
+//! The supervisor asks with a byte through standard input. The process then asks its own status, as anyone on the
+//! network would, but within its own session, and prints a line once that is answered. So what is shown to work is the
+//! runtime, the task that runs the service, the session, and a thread that answers; routers and other processes have no
+//! part in it.
 
 use std::io::Write;
 use std::time::Duration;

@@ -25,8 +25,8 @@ pub(crate) struct Admission {
 }
 
 impl Admission {
-    /// The bytes of the question's payload, if it may be asked. The attachment and the parameters say nothing here, so a
-    /// question with long ones is refused.
+    /// The bytes of the question's payload, if it may be asked. The attachment and the parameters say nothing here, so
+    /// a question with long ones is refused.
     pub(crate) fn admit(self, query: &Query) -> Result<usize, Reject> {
         let attached = query.attachment().map_or(0, |a| a.len());
         let beside = attached + query.parameters().as_str().len();
@@ -45,8 +45,8 @@ pub(crate) fn payload(query: &Query) -> Cow<'_, [u8]> {
 }
 
 impl Served {
-    /// The robot that the question is about: the last chunk of the query's key, or the empty name for every question of a
-    /// server that serves no pool. Nothing if the chunk is not a plain name.
+    /// The robot that the question is about: the last chunk of the query's key, or the empty name for every question of
+    /// a server that serves no pool. Nothing if the chunk is not a plain name.
     pub(crate) fn robot<'a>(&self, query: &'a Query) -> Option<&'a str> {
         keys::asker(query.key_expr()).or((!self.is_pool).then_some(""))
     }

@@ -107,8 +107,9 @@ pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) 
     fetch_from(session, key, timeout, QueryTarget::BestMatching, Ok).await
 }
 
-/// Asks one queryable of `key`, and all of them if that has nothing that `accept` makes something of: what else is served
-/// under the name of something known by its content is passed over. So several holders of a map need not all send it.
+/// Asks one queryable of `key`, and all of them if that has nothing that `accept` makes something of: what else is
+/// served under the name of something known by its content is passed over. So several holders of a map need not all
+/// send it.
 pub(crate) async fn fetch_known<A: Message, T>(
     session: &Session,
     key: &str,

@@ -90,8 +90,8 @@ impl Base {
         within("time_scale", order.time_scale, (1.0, 1.0))
     }
 
-    /// What the base does when it has to stop: `robot` with the base's own brakes, which are as strong as what a mission
-    /// may plan with, or stronger.
+    /// What the base does when it has to stop: `robot` with the base's own brakes, which are as strong as what a
+    /// mission may plan with, or stronger.
     pub fn stopping(&self, robot: &RobotModel) -> RobotModel {
         match self {
             Self::Simulated => robot.clone(),

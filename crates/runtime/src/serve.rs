@@ -22,7 +22,8 @@ use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
 
-/// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand candidates.
+/// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand
+/// candidates.
 const QUEUE_BYTES: usize = 32 << 20;
 /// What a question counts for at least: it may hold on to the batch of Zenoh's that it came in.
 const QUESTION_BYTES_MIN: usize = 64 << 10;
@@ -232,9 +233,9 @@ pub struct Asked<'a> {
     pub came: Instant,
 }
 
-/// The same for questions that are of use for a time alone, which the handler also gives. If the key ends with `/*`, its
-/// last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be answered in
-/// the time that its robot gave for the last one is refused as overloaded when it comes.
+/// The same for questions that are of use for a time alone, which the handler also gives. If the key ends with `/*`,
+/// its last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be
+/// answered in the time that its robot gave for the last one is refused as overloaded when it comes.
 pub fn serve_in_time<Q: Message, A: Message>(
     session: &Session,
     key: &str,
@@ -264,8 +265,8 @@ pub fn serve_state<A: Message>(
     serve_all(session, key, (1, 64), admission, refused, move |_, _| (None, state()))
 }
 
-/// The general form: `handler` sees the bytes, and also says for how long an answer is of use; what it refuses is added to
-/// `refused`.
+/// The general form: `handler` sees the bytes, and also says for how long an answer is of use; what it refuses is added
+/// to `refused`.
 fn serve_all<A: Message>(
     session: &Session,
     key: &str,

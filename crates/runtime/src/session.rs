@@ -18,8 +18,8 @@ pub use crate::session_error::SessionError;
 /// The protocols of links that this build has.
 const LINKS: &[&str] = &["tcp", "unixsock-stream", "tls"];
 
-/// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give
-/// up after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
+/// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give up
+/// after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
 /// shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },

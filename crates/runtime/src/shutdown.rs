@@ -62,8 +62,9 @@ pub fn on_signals() -> std::io::Result<Shutdown> {
     on_end(false).map(|(shutdown, _)| shutdown)
 }
 
-/// As [`on_signals`]; a process that is `supervised` is also asked to end when its standard input closes. That is a pipe,
-/// so it closes when the supervisor ends, for whatever reason. Each byte in it asks whether the process still works.
+/// As [`on_signals`]; a process that is `supervised` is also asked to end when its standard input closes. That is a
+/// pipe, so it closes when the supervisor ends, for whatever reason. Each byte in it asks whether the process still
+/// works.
 pub fn on_end(supervised: bool) -> std::io::Result<(Shutdown, Questions)> {
     let (trigger, token) = shutdown();
     let (asking, asked) = watch::channel(0);

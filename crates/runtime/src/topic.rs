@@ -18,8 +18,8 @@ use crate::serve::ServeCounts;
 /// services need of each other, so that at most a few of these are in flight, but nothing waits for a reader of
 /// reports. In real time only the newest matters.
 const INBOX: usize = 256;
-/// Bytes that these may have together, but for room for two of the largest: a hundred times what a robot's services have
-/// waiting when they are slow.
+/// Bytes that these may have together, but for room for two of the largest: a hundred times what a robot's services
+/// have waiting when they are slow.
 const INBOX_BYTES: usize = 4 << 20;
 
 /// How a stream travels (the QoS column of the key table in `schemas/README.md`).
@@ -97,8 +97,8 @@ impl<M: Message> Topic<M> {
 /// A typed publisher of what is not worth making unless something listens.
 pub struct OnDemand<M> {
     topic: Topic<M>,
-    /// Knows the subscribers of this session. It cannot be asked about others: then Zenoh blocks, for which tokio gives the
-    /// work of this thread to another one.
+    /// Knows the subscribers of this session. It cannot be asked about others: then Zenoh blocks, for which tokio gives
+    /// the work of this thread to another one.
     here: Publisher<'static>,
     /// Is told by the network whether there are others.
     _elsewhere: Publisher<'static>,

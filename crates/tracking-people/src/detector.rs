@@ -56,18 +56,20 @@ pub struct Detector {
 
 /// A trunk may be wider than its disc by so much, metres: arms, bags.
 const WIDER: f64 = 0.25;
-/// What stands alone and is at most this wide is taken for a person whatever its shape, metres: trunks that are partly
-/// hidden and legs beside each other have none of their own.
+/// A thing that stands alone and is at most this wide is taken for a person whatever its shape, metres. A trunk that is
+/// partly hidden shows no shape, and neither do two legs beside each other.
 const SHAPELESS: f64 = 0.45;
-/// A trunk fits a circle better than a line, or not worse than by this factor of the squares.
-const CIRCLE_ODDS: f64 = 1.5;
-/// A trunk that touches something fits a circle so many times as well as a line, by the squares.
-const CONTINUED_ODDS: f64 = 2.0;
+/// Greatest ratio of the squared errors of a circle and of a line for a trunk that stands alone. A short piece of a
+/// wall fits a circle nearly as well as a line.
+const ODDS_ALONE: f64 = 1.5;
+/// The same for one that touches something.
+const ODDS_TOUCHING: f64 = 0.5;
 /// With fewer beams a circle cannot be told from a line.
 const SHAPE_BEAMS: usize = 4;
 /// What is wider than a person is cut in two so many times at most: sixteen people shoulder to shoulder.
 const CUTS: usize = 4;
-/// What is so far from every wall of the map is no part of one that is there in another shape, metres.
+/// A point so far from every wall of the map belongs to no wall, not even to one that the map shows a little elsewhere,
+/// metres.
 const STANDS_OUT: f64 = 0.3;
 /// Standard deviation of a centre of which one side is not seen, metres, in addition.
 const PARTIAL_SIGMA: f64 = 0.1;
@@ -81,8 +83,8 @@ impl Detector {
     }
 
     /// What is seen of people by a scan, for a robot that is at `pose` on the map with this covariance (x, y,
-    /// heading). `ranges` are those of the beams of `laser`; beams that are not positive and below its greatest range
-    /// say nothing.
+    /// heading). `ranges` are those of the beams of `laser`; a range that is not positive, or not
+    /// below the laser's greatest, says nothing.
     pub fn see(&self, ranges: &[f32], laser: &LaserModel, pose: Pose2, covariance: &Matrix3<f64>) -> Seen {
         let count = ranges.len().min(laser.beams as usize);
         let ranges = &ranges[..count];
@@ -174,8 +176,8 @@ impl Detector {
         Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma })
     }
 
-    /// The disc of a trunk fitted to a piece, or nothing if the piece is a leg: as narrow as one, and not what is left
-    /// to see of a trunk, which is not as round.
+    /// The disc of a trunk fitted to a piece; nothing if the piece is a leg. A narrow piece is a leg unless it is the
+    /// part that can be seen of a trunk, which is less round.
     fn trunk(&self, piece: &Piece, context: Context) -> Option<Fit> {
         let is_narrow = piece.width <= self.params.leg_width_max;
         if is_narrow && !context.partial {
@@ -248,7 +250,7 @@ impl Context {
     fn new(sweep: &Sweep<'_>, segment: &Segment) -> Self {
         let sides = sweep.sides(segment);
         let partial = sides.iter().any(|side| sweep.goes_unseen(side));
-        // What is seen whole and stands out from the walls of the map ends at them.
+        // If the whole thing is seen and stands out from the walls, it is not part of a wall that it touches.
         let ends_at_walls =
             !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
         let continued = sides.iter().filter(|side| sweep.goes_on(side, ends_at_walls)).count();
@@ -256,12 +258,11 @@ impl Context {
     }
 }
 
-/// The centre of the trunk that a piece is, if it is one. What goes on in something else is a person only if it has the
-/// shape of one.
+/// The centre of a piece that is a trunk; nothing if it is none. A piece that goes on in something else is a person
+/// only if it has the shape of one.
 fn trunk_centre(piece: &Piece, trunk: &Fit, context: Context) -> Option<Point2> {
     let is_alone = context.continued == 0;
-    // A short piece of a wall fits a circle nearly as well as a line.
-    let odds = if is_alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };
+    let odds = if is_alone { ODDS_ALONE } else { ODDS_TOUCHING };
     let is_round = piece.shows_shape() && trunk.circle < odds * trunk.line;
     let is_trunk = is_round && context.continued < 2 || is_alone && piece.width <= SHAPELESS;
     is_trunk.then(|| match is_round || context.partial {
@@ -271,7 +272,7 @@ fn trunk_centre(piece: &Piece, trunk: &Fit, context: Context) -> Option<Point2> 
 }
 
 /// Where a wide thing is cut: where it lies deepest behind the line between its ends, as between two people, but
-/// leaving enough for a person on either side. In the middle of what has no such place.
+/// leaving enough for a person on either side. A thing without such a place is cut in its middle.
 fn deepest(points: &[Point2]) -> usize {
     let a = points[0];
     let b = points[points.len() - 1];

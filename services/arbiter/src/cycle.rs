@@ -86,8 +86,8 @@ pub struct Observation {
     pub people: wire::People,
 }
 
-/// People whose stamp is farther than this from the belief's count as unknown, seconds of the robot's clock. Older ones
-/// have moved on. Newer ones were seen before the robot's clock restarted and began at 0 again.
+/// Greatest difference between the stamps of people and of the belief, seconds of the robot's clock. Beyond it people
+/// count as unknown: they have moved on since, or the robot's clock has started over since they were seen.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
 /// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and

@@ -16,7 +16,7 @@ use crate::memory::Memory;
 
 /// What came of a cycle's growth.
 pub(crate) struct GenerationOutcome {
-    /// Those of every tree.
+    /// The candidates of all trees.
     pub(crate) candidates: CandidateSet,
     /// What fell short.
     pub(crate) shortfalls: Vec<Degradation>,

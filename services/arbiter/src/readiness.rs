@@ -16,9 +16,9 @@ const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// Between two looks, unless a probe comes back.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// Completes once every replica that is wanted and alive is ready, and there is one of each role. The second and further
-/// ones of a role are awaited for a short time, and so is the first if the arbiter can replace the role; a term that is
-/// not built in is awaited for longer: without it nothing can be followed, and the mission is refused. With
+/// Completes once every replica that is wanted and alive is ready, and there is one of each role. The second and
+/// further ones of a role are awaited for a short time, and so is the first if the arbiter can replace the role; a term
+/// that is not built in is awaited for longer: without it nothing can be followed, and the mission is refused. With
 /// `in_process = false`, the first of each built-in role is awaited indefinitely.
 pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
     let roles: Vec<&str> = context.pool_roles().collect();

@@ -58,8 +58,9 @@ fn in_real_time_the_goal_is_reached_although_replicas_are_killed() {
     in_real_time(killed_on_the_way);
 }
 
-/// The run of a deployment of which one replica of each role is killed, and whether it was planned at 10 Hz: a cycle may
-/// be skipped on a busy machine, but never is the robot without a new decision for longer than 0.3 s, and none is late.
+/// The run of a deployment of which one replica of each role is killed, and whether it was planned at 10 Hz: a cycle
+/// may be skipped on a busy machine, but never is the robot without a new decision for longer than 0.3 s, and none is
+/// late.
 fn killed_on_the_way(speed: f64) -> (RunJson, bool) {
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();

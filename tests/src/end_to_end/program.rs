@@ -177,8 +177,8 @@ pub(crate) fn real_time() -> f64 {
 }
 
 /// Tries a claim about a run in real time, at the speed that this machine keeps: `claim` gives the run, and whether it
-/// was as it must be. If it was not, and the run shows that the machine has not kept the speed, the claim is tried again
-/// at half of it.
+/// was as it must be. If it was not, and the run shows that the machine has not kept the speed, the claim is tried
+/// again at half of it.
 pub(crate) fn in_real_time(claim: impl Fn(f64) -> (RunJson, bool)) {
     let mut speed = real_time();
     for attempt in 1.. {

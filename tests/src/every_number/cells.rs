@@ -115,7 +115,8 @@ pub(super) fn assert_complete(document: &toml::Table, read: &dyn Fn(&str) -> Opt
         let Some((_, known)) = error.problem.split_once("expected") else { continue };
         looked_at += 1;
         for name in known.split('`').skip(1).step_by(2) {
-            // A footprint is a disc or a polygon; parameters of localiser, tracker and planner are documents of their own.
+            // A footprint is a disc or a polygon; parameters of localiser, tracker and planner are documents of their
+            // own.
             let is_elsewhere = match name {
                 "vertices" | "radius" => path.ends_with("footprint"),
                 "localizer" | "tracker" | "profile" => path.is_empty(),

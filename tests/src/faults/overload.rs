@@ -1,5 +1,5 @@
-//! An overload costs no cycle and does not feed itself: every cycle is decided in time, and once a burst of load is over
-//! the robot is nominal again within a second.
+//! An overload costs no cycle and does not feed itself: every cycle is decided in time, and once a burst of load is
+//! over the robot is nominal again within a second.
 
 use std::sync::Arc;
 use std::time::Duration;

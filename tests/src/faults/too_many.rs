@@ -1,5 +1,5 @@
-//! More robots than a pool has time for, each with a computer of its own: every robot decides in time, all get about the
-//! same share of what the pool can do, and the pool is asked for no more than when it had time.
+//! More robots than a pool has time for, each with a computer of its own: every robot decides in time, all get about
+//! the same share of what the pool can do, and the pool is asked for no more than when it had time.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
@@ -21,7 +21,8 @@ const PERIOD: f64 = 0.1;
 /// Until this time replicas prepare, and what answers take is learnt.
 const SETTLED: Duration = Duration::from_secs(2);
 const END: Duration = Duration::from_secs(12);
-/// Robots and replicas of each role. A replica answers a question within 4 to 11 ms, so two have time for some 15 robots.
+/// Robots and replicas of each role. A replica answers a question within 4 to 11 ms, so two have time for some 15
+/// robots.
 const CASES: [(usize, usize); 6] = [(4, 2), (16, 2), (32, 2), (64, 2), (32, 3), (64, 3)];
 /// Questions that may be asked twice, as a share, and what is left of the eight that may be at once.
 const ASKED_TWICE: f64 = 0.05;

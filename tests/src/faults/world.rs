@@ -331,8 +331,8 @@ pub(super) struct SimulatedPeers {
     pub(super) seat: Arc<ArbiterSeat>,
     /// Set while it computes: then every look at the clock costs what scoring a candidate does.
     pub(super) computing: AtomicU64,
-    /// By how many nanoseconds its computer is ahead of the world, if it is one of many: what one computes takes none of
-    /// the others' time.
+    /// By how many nanoseconds its computer is ahead of the world, if it is one of many: what one computes takes none
+    /// of the others' time.
     pub(super) ahead: Option<AtomicU64>,
 }
 

@@ -1,4 +1,5 @@
-//! Someone with the certificate of a viewer who does all that it allows, and some of what it does not, as fast as can be.
+//! Someone with the certificate of a viewer who does all that it allows, and some of what it does not, as fast as can
+//! be.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,5 +1,6 @@
-//! One program that tries everything. Nothing here waits for a time: a question that the router answers, or ends because
-//! it is denied, shows that everything sent before it has been dealt with, and everything sent back before has come.
+//! One program that tries everything. Nothing here waits for a time: a question that the router answers, or ends
+//! because it is denied, shows that everything sent before it has been dealt with, and everything sent back before has
+//! come.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};

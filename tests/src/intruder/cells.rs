@@ -39,8 +39,8 @@ impl Deed {
     ];
 }
 
-/// Whether the table allows it. What a program is told about others ([`Verb::Notice`] and [`Verb::Find`]) is the same for
-/// all robots, as the declarations of others may have wildcards.
+/// Whether the table allows it. What a program is told about others ([`Verb::Notice`] and [`Verb::Find`]) is the same
+/// for all robots, as the declarations of others may have wildcards.
 pub(super) fn expected(name: &Name, deed: Deed, key: &str) -> bool {
     let wide = |verb: Verb| {
         let robot = |key: &str| key.replace("/robot/r2/", "/robot/r1/").replace("/robot/x/", "/robot/r1/");

@@ -1,5 +1,6 @@
-//! Every program tries everything with every key, against one router with the access rules of a deployment: it may do what
-//! the table of rights says, and nothing else. Programs without a certificate of the deployment do not get in at all.
+//! Every program tries everything with every key, against one router with the access rules of a deployment: it may do
+//! what the table of rights says, and nothing else. Programs without a certificate of the deployment do not get in at
+//! all.
 
 mod actor;
 mod cells;
@@ -31,8 +32,8 @@ fn every_name_may_do_what_the_table_says_and_nothing_else() {
             let right: BTreeSet<usize> =
                 (0..cells.keys.len()).filter(|&key| expected(name, deed, &cells.keys[key])).collect();
             let mut done = actor.try_all(deed, &cells);
-            // What is allowed may come after the answer that ends the wait, which has another priority. What is forbidden
-            // must come in no try.
+            // What is allowed may come after the answer that ends the wait, which has another priority. What is
+            // forbidden must come in no try.
             for _ in 0..TRIES {
                 if right.is_subset(&done) {
                     break;

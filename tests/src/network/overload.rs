@@ -23,8 +23,8 @@ const BURST_CYCLES: usize = 25;
 const ROBOTS: usize = 40;
 /// Between two questions of such a robot to a replica, at 10 Hz.
 const ASKED_EVERY: Duration = Duration::from_millis(50);
-/// How long it waits for an answer: like a robot that plans twice a second, so that one question keeps a replica busy for
-/// longer than the robot of the site waits.
+/// How long it waits for an answer: like a robot that plans twice a second, so that one question keeps a replica busy
+/// for longer than the robot of the site waits.
 const PATIENCE: Duration = Duration::from_millis(250);
 /// A tree so large that a generator has to end by its budget, however fast the machine is.
 const ITERATIONS: u32 = 10_000;

@@ -41,8 +41,8 @@ pub(super) struct Record {
 }
 
 impl Record {
-    /// For how long the machine kept anything from the processor since `from`: longest nap of the recorder beyond what it
-    /// asked for, longest time by which a tick was late, and what a cycle takes in the median.
+    /// For how long the machine kept anything from the processor since `from`: longest nap of the recorder beyond what
+    /// it asked for, longest time by which a tick was late, and what a cycle takes in the median.
     pub(super) fn stall_since(&self, from: Instant, pace: Pace) -> Duration {
         let naps = self.stalls.iter().filter(|(at, _)| *at >= from).map(|(_, stall)| *stall);
         // Nothing holds the simulator up: a tick that comes late was kept from the processor.

@@ -100,8 +100,8 @@ impl Site {
         }
     }
 
-    /// Starts everything, with the files of `deploy/`, and the scenario in real time; waits until the robot drives at its
-    /// pace.
+    /// Starts everything, with the files of `deploy/`, and the scenario in real time; waits until the robot drives at
+    /// its pace.
     pub(super) fn start(&mut self, layout: &Layout) -> Kept {
         self.start_routers(layout);
         let mut endpoints: Vec<String> = layout.routers.iter().map(|host| self.endpoint(host)).collect();

@@ -95,8 +95,9 @@ impl TestBench {
         ask(&self.session, &key, request, LIMIT, Urgency::Normal).await
     }
 
-    /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that begins
-    /// once these roles are ready. Time passes slowly, so that a busy machine keeps no service waiting for too long.
+    /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that
+    /// begins once these roles are ready. Time passes slowly, so that a busy machine keeps no service waiting for too
+    /// long.
     pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
         self.set_mission_in(Clock::Realtime, require).await
     }

@@ -1,4 +1,5 @@
-//! Bytes, attachments and tokens that are none: the gateway survives and counts, and no listener hears anything malformed.
+//! Bytes, attachments and tokens that are none: the gateway survives and counts, and no listener hears anything
+//! malformed.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -93,7 +94,8 @@ fn hostile_bytes_are_counted_and_harm_neither_gateway_nor_listener() {
             }
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
-        // A clock far ahead or behind may have been told: it is set back to the robot's own, and it drives as if nothing had been.
+        // A clock far ahead or behind may have been told: it is set back to the robot's own, and it drives as if
+        // nothing had been.
         let _map = robot.publish_map();
         robot.say_pose();
         poses.that(|_| true).await;

@@ -42,8 +42,8 @@ pub(super) struct Outage {
 }
 
 impl Outage {
-    /// Any fault of this kind, a number below [`KINDS`]. Replicas number 0, every driver, the arbiters of even robots and the tracker of the first are never
-    /// killed, so that what they keep in memory can be seen to stay the same.
+    /// Any fault of this kind, a number below [`KINDS`]. Replicas number 0, every driver, the arbiters of even robots
+    /// and the tracker of the first are never killed, so that what they keep in memory can be seen to stay the same.
     pub(super) fn of_kind(kind: usize, rng: &mut Rng, robots: usize, pace: Pace) -> Self {
         let role = POOL[which(rng, POOL.len())];
         let fault = match kind {

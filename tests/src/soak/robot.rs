@@ -1,5 +1,5 @@
-//! One robot at 10 Hz: its base, its localiser, its missions. Of a robot with a tracker, the base has a laser that measures
-//! walls and people; any other is told of all people.
+//! One robot at 10 Hz: its base, its localiser, its missions. Of a robot with a tracker, the base has a laser that
+//! measures walls and people; any other is told of all people.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};

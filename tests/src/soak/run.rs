@@ -46,8 +46,8 @@ const STATUS_TIMEOUT: Duration = Duration::from_millis(100);
 const SETTLE_MAX: Duration = Duration::from_secs(120);
 /// How long a pace is tried out, by the robots' clocks.
 const TRIAL: Duration = Duration::from_secs(4);
-/// A machine keeps a pace at which there are more than this share of the ticks that are due, and of decisions. What must
-/// hold also holds on a machine that is busy all the time, as in a long run.
+/// A machine keeps a pace at which there are more than this share of the ticks that are due, and of decisions. What
+/// must hold also holds on a machine that is busy all the time, as in a long run.
 const KEPT: f64 = 0.8;
 
 /// What came of the faults of one kind.

@@ -9,7 +9,8 @@ use pathfinding::matrix::Matrix;
 /// Greatest distance that counts, and what a person too many or too few costs, metres.
 const CUT: f64 = 1.0;
 
-/// For each of the fewer points, as (truth, track), its partner in the assignment of the least sum of distances, each cut.
+/// For each of the fewer points, as (truth, track), its partner in the assignment of the least sum of distances, each
+/// cut.
 fn partners(truth: &[Point2], tracks: &[Point2]) -> Vec<(usize, usize)> {
     let swapped = truth.len() > tracks.len();
     let (few, many) = if swapped { (tracks, truth) } else { (truth, tracks) };

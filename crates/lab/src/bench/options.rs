@@ -100,8 +100,8 @@ pub(crate) struct Results {
     /// Directory of the tables, the journal, the traces and the report.
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub(crate) out: PathBuf,
-    /// Files of claims to be judged by the runs (.toml), such as scenarios/claims/paper.toml, separated by commas. They are
-    /// read before the first run, and the exit status says whether all claims hold.
+    /// Files of claims to be judged by the runs (.toml), such as scenarios/claims/paper.toml, separated by commas. They
+    /// are read before the first run, and the exit status says whether all claims hold.
     #[arg(long, value_name = "FILES", value_delimiter = ',')]
     pub(crate) check: Vec<PathBuf>,
     /// Keep finished runs of another build of this program, e.g. to render the report anew.

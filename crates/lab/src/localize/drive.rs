@@ -77,8 +77,8 @@ impl Track {
     }
 }
 
-/// Odometry alone, as if it had started where the first reference is; or without references, where the filter was when it
-/// first had converged, or at the beginning.
+/// Odometry alone, as if it had started where the first reference is; or without references, where the filter was when
+/// it first had converged, or at the beginning.
 pub(super) fn by_odometry(log: &Log, track: &Track) -> Vec<Pose2> {
     let referred = log.readings.iter().position(|reading| reading.reference.is_some());
     let at = referred.or_else(|| track.converged.iter().position(|is| *is)).unwrap_or(0);

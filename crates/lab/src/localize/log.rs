@@ -79,8 +79,8 @@ impl Clock {
 }
 
 impl Log {
-    /// Puts readings, as they came, in the order of time. The odometry of each is composed from the increments before it;
-    /// an increment that no robot can drive counts as none.
+    /// Puts readings, as they came, in the order of time. The odometry of each is composed from the increments before
+    /// it; an increment that no robot can drive counts as none.
     pub(super) fn of(readings: Vec<Reading>, mut faults: Faults) -> Self {
         let mut kept: Vec<Reading> = Vec::with_capacity(readings.len());
         let mut last: Option<(f64, Pose2)> = None;

@@ -29,8 +29,8 @@ pub struct Recorded {
     pub result: Option<RunResult>,
 }
 
-/// The first run of a recording as a log. Its references are where the robot truly was or, if the recording does not tell,
-/// where it believed it was; which of them, the words say.
+/// The first run of a recording as a log. Its references are where the robot truly was or, if the recording does not
+/// tell, where it believed it was; which of them, the words say.
 ///
 /// # Errors
 /// If no scan has odometry of the same tick, or a scan describes no scanner.

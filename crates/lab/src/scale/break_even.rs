@@ -103,8 +103,8 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
     Ok(measured)
 }
 
-/// What is varied besides the replicas, and the sizes of the work that are compared, among so many people: batches of an
-/// evaluator, or trees of a cycle.
+/// What is varied besides the replicas, and the sizes of the work that are compared, among so many people: batches of
+/// an evaluator, or trees of a cycle.
 fn sizes(options: &Options) -> (&'static str, Vec<(Option<usize>, usize)>) {
     let or = |given: &[u32], default: &[u32]| {
         let mut list = if given.is_empty() { default.to_vec() } else { given.to_vec() };

@@ -173,8 +173,8 @@ async fn connect(processes: &Processes, certificate: &str, index: usize) -> anyh
     Ok(session::client(&config).await.map_err(Exit::network)?)
 }
 
-/// Kills the first router and starts it again; gives the seconds until every replica was ready for every robot, of those
-/// that it keeps ready; infinite if that was not seen.
+/// Kills the first router and starts it again; gives the seconds until every replica was ready for every robot, of
+/// those that it keeps ready; infinite if that was not seen.
 async fn restart(
     processes: &mut Processes,
     robots: &[Arc<FleetRobot>],

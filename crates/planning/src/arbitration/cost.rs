@@ -87,9 +87,9 @@ fn span(raw: &[Option<f64>], complete: &[bool]) -> (f64, f64) {
     }
 }
 
-/// How much each term tells the complete candidates apart, as shares of one: `1 - e` with the entropy
-/// `e = - sum s ln s / ln I` of `s = y / sum y`, where `y` is 1 for the least cost and 0 for the greatest of I. All zero
-/// if no term tells any apart.
+/// How much each term tells the complete candidates apart, as shares of one: `1 - e` with the entropy `e = - sum s ln s
+/// / ln I` of `s = y / sum y`, where `y` is 1 for the least cost and 0 for the greatest of I. All zero if no term tells
+/// any apart.
 fn entropy_weights(raw: &[Vec<Option<f64>>], complete: &[bool]) -> Vec<f64> {
     let told: Vec<f64> = raw.iter().map(|raw| tells_apart(raw, complete)).collect();
     let sum: f64 = told.iter().sum();

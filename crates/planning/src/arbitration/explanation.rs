@@ -52,21 +52,21 @@ pub(super) fn explain_by(
 ) -> Explanation {
     let Some(chosen) = verdict.chosen else { return Explanation::default() };
     let totals = &verdict.totals;
-    let field = Field {
+    let competition = Competition {
         candidates: context.candidates,
         contenders: contenders(context, &may_compete(verdict)),
         free: RefCell::new(verdict.rejected.iter().map(known).collect()),
         first_collision,
         start: context.scene.belief.motion(),
     };
-    field.free.borrow_mut()[chosen] = Some(true);
-    let runner_up = field.best(&totals.total, Some(chosen));
+    competition.free.borrow_mut()[chosen] = Some(true);
+    let runner_up = competition.best(&totals.total, Some(chosen));
     let margin = runner_up.and_then(|second| Some(totals.total[second]? - totals.total[chosen]?));
-    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.term)).collect();
+    let terms = totals.terms.iter().map(|term| competition.influence(totals, &term.term)).collect();
     Explanation { runner_up, margin, terms }
 }
 
-/// Whether nothing but its cost, its speed or a collision stands against each candidate.
+/// Whether each candidate may win: every term has scored it, and the robot can reach it.
 fn may_compete(verdict: &Verdict) -> Vec<bool> {
     let barred = |r: &Option<Rejection>| {
         matches!(r, Some(Rejection::NotScored { .. } | Rejection::Unreachable { .. }))
@@ -80,7 +80,7 @@ fn known(rejection: &Option<Rejection>) -> Option<bool> {
 }
 
 /// Those who compete, and what is known of their freedom so far.
-struct Field<'a> {
+struct Competition<'a> {
     candidates: &'a CandidateSet,
     contenders: Vec<Contender>,
     free: RefCell<Vec<Option<bool>>>,
@@ -88,7 +88,7 @@ struct Field<'a> {
     start: (Pose2, Twist),
 }
 
-impl Field<'_> {
+impl Competition<'_> {
     fn influence(&self, totals: &Totals, term: &str) -> TermInfluence {
         let with = |factor: f64| {
             self.best(&totals.reweighted(|other| if other == term { factor } else { 1.0 }), None)

@@ -5,9 +5,9 @@ use crate::motion::RobotModel;
 use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, Moment, People, Scene};
 
-/// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and whether it
-/// is impatient. A new observer, as after a restart, is certain, knows no people, is patient, and has just come to where
-/// it is.
+/// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and
+/// whether it is impatient. A new observer, as after a restart, is certain, knows no people, is patient, and has just
+/// come to where it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observer {
     /// Whether the last scene was uncertain.
@@ -20,7 +20,7 @@ pub struct Observer {
     pub region: Option<Place>,
     /// Since when it is impatient, seconds of the robot's clock.
     pub impatient_since: Option<f64>,
-    /// Where something stands that only the driver sees, and since when the driver has not braked for it.
+    /// Something that only the driver sees: where it stands, and when the driver last braked for it.
     pub unseen: Option<Place>,
 }
 
@@ -34,11 +34,13 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a robot that has come to `self` now: `last`, unless it is `radius` metres or more away from there, or
-    /// its clock has started over.
-    fn or_still(self, last: Option<Self>, radius: f64) -> Self {
-        let stays = |it: &Self| it.position.distance(self.position) < radius && it.since <= self.since;
-        last.filter(stays).unwrap_or(self)
+    /// The place of a robot that is `here` now. It stays the `last` one until the robot is `radius` metres away from
+    /// there; it is a new one as well if the robot's clock has started over.
+    fn of(here: Self, last: Option<Self>, radius: f64) -> Self {
+        match last {
+            Some(last) if last.position.distance(here.position) < radius && last.since <= here.since => last,
+            _ => here,
+        }
     }
 }
 
@@ -62,17 +64,18 @@ impl Observer {
             people.push_standing(People::UNSEEN, it.position);
         }
         self.members.clone_from(&people.id);
-        let now = Place { position: here, since: stamp };
-        let place = now.or_still(self.place, profile.generation.recovery.radius);
+        let here = Place { position: here, since: stamp };
+        let place = Place::of(here, self.place, profile.generation.recovery.radius);
         self.place = Some(place);
-        (self.region, self.impatient_since) = self.next_patience(&profile.patience, robot, now, place.since);
+        self.update_patience(&profile.patience, robot, here, place.since);
         let in_place = stamp - place.since;
         let impatient = self.impatient_since.is_some();
         Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place, impatient }
     }
 
     /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at
-    /// `pose`. If that is long enough, something stands right ahead which the planner does not know of, or knows elsewhere.
+    /// `pose`. If that is long enough, something stands right ahead that the planner does not know of,
+    /// or knows elsewhere.
     pub fn observe_braking(
         &mut self,
         profile: &Profile,
@@ -88,40 +91,40 @@ impl Observer {
         }
     }
 
-    /// Lets the robot's time in this place begin anew, with patience: one that was told to stop does not stay where it is
-    /// for want of a way.
+    /// Makes the robot patient, and its time in this place begin anew. For a robot that was told to stop: it stays
+    /// where it is because of that, and not because it finds no way.
     pub fn forget_progress(&mut self) {
         self.place = None;
         self.region = None;
         self.impatient_since = None;
     }
 
-    /// The region that a robot has not left which is at `now` and in one place since `in_place_since`, and since when it is
-    /// impatient.
-    fn next_patience(
-        &self,
-        patience: &Patience,
-        robot: &RobotModel,
-        now: Place,
-        in_place_since: f64,
-    ) -> (Option<Place>, Option<f64>) {
+    /// Says whether the robot is impatient from now on. It is `here`, and has been in one place since `in_place_since`.
+    ///
+    /// It loses patience after [`Patience::after`] seconds in one region, and finds it again [`Patience::lasts`]
+    /// seconds later, or when it has stood for [`Patience::stands`] seconds meanwhile.
+    fn update_patience(&mut self, patience: &Patience, robot: &RobotModel, here: Place, in_place_since: f64) {
         if patience.after <= 0.0 {
-            return (None, None);
+            self.region = None;
+            self.impatient_since = None;
+            return;
         }
-        // Stamps are sums of steps: a rounding error must not add a cycle.
-        let is_over = |since: f64, limit: f64| now.since - since >= limit - 1e-6;
-        let region = now.or_still(self.region, patience.radius.min(0.5 * robot.v_max * patience.after));
-        let before = self.impatient_since.filter(|&since| since <= now.since);
-        let is_wanted = match before {
-            Some(since) => !is_over(since, patience.lasts),
-            None => is_over(region.since, patience.after),
+        let now = here.since;
+        let region = Place::of(here, self.region, patience.radius.min(0.5 * robot.v_max * patience.after));
+        self.region = Some(region);
+        let impatient_since = self.impatient_since.filter(|&since| since <= now);
+        let goes_on = match impatient_since {
+            Some(since) => !has_passed(patience.lasts, since, now),
+            None => has_passed(patience.after, region.since, now),
         };
-        // What it stood before it became impatient is what made it so.
-        let since = before.unwrap_or(now.since);
-        let is_impatient = is_wanted && !is_over(in_place_since.max(since), patience.stands);
-        // Its patience begins anew where its impatience ends.
-        let region = if before.is_some() && !is_impatient { now } else { region };
-        (Some(region), is_impatient.then_some(since))
+        // Only standing while it is impatient counts: having stood before is why it is.
+        let since = impatient_since.unwrap_or(now);
+        let is_impatient = goes_on && !has_passed(patience.stands, in_place_since.max(since), now);
+        if impatient_since.is_some() && !is_impatient {
+            // Its patience begins anew where its impatience ends.
+            self.region = Some(here);
+        }
+        self.impatient_since = is_impatient.then_some(since);
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
@@ -148,6 +151,11 @@ impl Observer {
         order.dedup_by_key(|i| people.id[*i]);
         people.pick(order)
     }
+}
+
+/// Whether `seconds` have passed since `since`. Stamps are sums of steps: a rounding error must not add a cycle.
+fn has_passed(seconds: f64, since: f64, now: f64) -> bool {
+    now - since >= seconds - 1e-6
 }
 
 #[cfg(test)]
@@ -263,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_robot_has_as_long_to_get_away_as_half_its_speed_asks() {
+    fn a_slow_robot_need_not_get_as_far_away() {
         let mut profile = Profile::default();
         let robot = RobotModel { v_max: 0.4, ..Default::default() };
         profile.patience = Patience { after: 4.0, radius: 1.5, ..profile.patience };

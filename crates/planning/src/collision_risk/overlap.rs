@@ -11,8 +11,8 @@ const ENTRIES: usize = 32;
 /// Standard deviations beyond contact at which a person no longer counts.
 pub(super) const CUT: f64 = 4.0;
 
-/// Tables of a process that have been made, by contact and sigma: forecasts spread alike in every cycle. At most so many,
-/// a few megabytes; then all are forgotten.
+/// Tables of a process that have been made, by contact and sigma: forecasts spread alike in every cycle. At most so
+/// many, a few megabytes; then all are forgotten.
 static MADE: Mutex<BTreeMap<[u64; 2], Arc<OverlapTable>>> = Mutex::new(BTreeMap::new());
 const MADE_MAX: usize = 4096;
 

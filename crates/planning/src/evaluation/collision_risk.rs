@@ -63,7 +63,8 @@ struct Moment {
     variance: f64,
 }
 
-/// The cost of one candidate with states at these moments, positions `x` and `y`, and variances of the robot's position.
+/// The cost of one candidate with states at these moments, positions `x` and `y`, and variances of the robot's
+/// position.
 #[inline(always)]
 fn cost<S: Simd>(
     simd: S,

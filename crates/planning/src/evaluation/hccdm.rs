@@ -77,9 +77,9 @@ crate::parameters! {
         pub weighting: Weighting [words] = Weighting::People,
         /// Whether components move.
         pub motion: ComponentMotion [words] = ComponentMotion::Moving,
-        /// Density at which people stop to matter as many, 1/m2: h counts as h / (1 + h / saturation). In a dense crowd no
-        /// place is comfortable, and only what differs matters. At 0 each person counts as much as the first, as in the
-        /// paper.
+        /// Density at which people stop to matter as many, 1/m2: h counts as h / (1 + h / saturation). In a dense crowd
+        /// no place is comfortable, and only what differs matters. At 0 each person counts as much as the first, as in
+        /// the paper.
         pub saturation: f64 [0.0, 1000.0, "1/m2", "no crowd is that dense"] = 0.0,
         /// How moving components widen.
         pub forecast: ForecastParams [table] = ForecastParams::default(),
@@ -97,8 +97,8 @@ pub struct Component {
     pub weight: f64,
     /// Mean velocity of the members, m/s.
     pub velocity: Point2,
-    /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component, and
-    /// so does what is not known of their velocities.
+    /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component,
+    /// and so does what is not known of their velocities.
     pub velocity_variance: f64,
     /// Identities of the people in it, ascending.
     pub members: Vec<u32>,

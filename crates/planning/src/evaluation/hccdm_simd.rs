@@ -30,8 +30,8 @@ crate::parameters! {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     mean: Point2,
-    /// What the squared distance is multiplied with, 1/m2: -1 / (2 variance), or, of a flat one whose product is squared,
-    /// the (ln 2)^(1/2)th of it.
+    /// What the squared distance is multiplied with, 1/m2: -1 / (2 variance), or, of a flat one whose product is
+    /// squared, the (ln 2)^(1/2)th of it.
     exponent: f64,
     /// The density at the mean, 1/m2.
     peak: f64,

@@ -1,5 +1,6 @@
 //! What a candidate costs: one evaluator per term. Most terms are in the modules of their names. The term `cnc` is in
-//! [`hccdm`], the map that it is computed from, and `doppler` in [`human_space`]. [`crate::terms`] is the registry of terms.
+//! [`hccdm`], the map that it is computed from, and `doppler` in [`human_space`]. [`crate::terms`] is the registry of
+//! terms.
 //!
 //! The contract that everything depends on: the cost of a candidate depends on the evaluator, the scene and that
 //! candidate, never on the other candidates of the batch. An evaluator is made from map, goal, laser and parameters.

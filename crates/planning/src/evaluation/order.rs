@@ -4,8 +4,8 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::{Costs, Evaluator, each};
 use crate::scene::Scene;
 
-/// Term `order`: the place of a candidate among all of its cycle, from 1 on, without unit. With no other term, the first
-/// candidate that passes the final check is driven.
+/// Term `order`: the place of a candidate among all of its cycle, from 1 on, without unit. With no other term, the
+/// first candidate that passes the final check is driven.
 #[derive(Debug, Clone, Copy)]
 pub struct OrderEvaluator;
 

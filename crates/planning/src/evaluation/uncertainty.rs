@@ -5,8 +5,8 @@ use crate::evaluation::cpc::CpcEvaluator;
 use crate::evaluation::{Costs, Evaluator};
 use crate::scene::Scene;
 
-/// Term `uncertainty`: the mean of tr Sigma_k over a candidate's states (eqs. 10 and 11), m2 + rad2. It is `cpc` without
-/// the wander Lambda of the estimate.
+/// Term `uncertainty`: the mean of tr Sigma_k over a candidate's states (eqs. 10 and 11), m2 + rad2. It is `cpc`
+/// without the wander Lambda of the estimate.
 #[derive(Debug, Clone)]
 pub struct UncertaintyEvaluator {
     /// What predicts Sigma.

@@ -23,7 +23,8 @@ use selection::{Selection, Timed};
 
 /// Rollouts between two looks at the time.
 const BATCH: usize = 32;
-/// How much longer than the robot gets a path may be, metres: what it looks ahead for when it follows one.
+/// Metres by which a path may be longer than the robot gets within the horizon: it looks so far ahead as it follows
+/// one.
 const BEYOND: f64 = 0.5;
 
 /// Where paths are looked for.
@@ -33,14 +34,16 @@ pub(super) struct Search<'a> {
     pub(super) tree: &'a PoseTree,
     /// The shortest way to the goal.
     pub(super) way: &'a [Point2],
-    /// Whether getting somewhere comes before being safe, and turning to where it can before turning elsewhere.
+    /// Whether the robot prefers a way that gets somewhere to one that is safe, and leaves by the way past people if
+    /// nothing else gets anywhere.
     pub(super) insists: bool,
 }
 
-/// The candidates of this cycle: the continuation of `input.previous`, the shortest way to the goal and the
-/// branches of `tree`, each at several speeds, without what collides, at most `max_candidates`, spread
-/// over where they are at `differ_by` seconds and where they end. `way` is the shortest way to the goal.
-/// Once told to stop, it still offers the first of these and the arcs, a few dozen rollouts, and no branches.
+/// The candidates of this cycle: the continuation of `input.previous`, the shortest way to the goal and the branches of
+/// `tree`, each at several speeds. What collides is left out if anything is free. At most `max_candidates` are kept,
+/// spread over where they are at `differ_by` seconds and where they end. `way` is the shortest way to the goal. If the
+/// time is over before it begins, there are no branches, but still the previous decision, the shortest way and the
+/// arcs: a few dozen rollouts.
 pub fn find_candidates(
     input: &GenerationInput<'_>,
     tree: &PoseTree,
@@ -122,7 +125,7 @@ struct Finder<'a> {
     states: States,
     timed: Vec<Timed>,
     /// Where the paths lead that have been timed, by profile.
-    led: BTreeSet<([Cell; 2], bool, usize)>,
+    timed_before: BTreeSet<([Cell; 2], bool, usize)>,
 }
 
 impl<'a> Finder<'a> {
@@ -140,7 +143,7 @@ impl<'a> Finder<'a> {
             slow: robot.slow_below(input.params.min_speed, twist.v, steps, dt),
             states: States::default(),
             timed: Vec::new(),
-            led: BTreeSet::new(),
+            timed_before: BTreeSet::new(),
         }
     }
 
@@ -180,8 +183,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether a path differs from all before it as far as it can be driven with a profile. Slow profiles only reach what
-    /// many branches have in common, which is driven once.
+    /// Whether a path differs from all before it as far as it can be driven with a profile. Slow profiles only reach
+    /// what many branches have in common, which is driven once.
     fn leads_elsewhere(&mut self, proposal: &Proposal, fraction: f64, profile: usize) -> bool {
         let Departure { robot, dt, steps, twist, .. } = self.from;
         let path = &proposal.path;
@@ -189,7 +192,7 @@ impl<'a> Finder<'a> {
         let middle = path.at((0.5 * length).min(path.length()));
         let end = path.at((1.0 * length).min(path.length()));
         let places = [cell(middle, self.params.near_cell), cell(end, self.params.end_cell)];
-        self.led.insert((places, proposal.turn_first, profile)) || proposal.pinned
+        self.timed_before.insert((places, proposal.turn_first, profile)) || proposal.pinned
     }
 
     /// What the last rollout, number `index`, amounts to.
@@ -218,8 +221,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Keeps nothing but `way`, if that is free: within the horizon there is no time for a turn and for getting away, so
-    /// that all turns look alike, and the robot would turn to and fro.
+    /// If `way` is free, keeps nothing else. The horizon is too short for a turn and for getting away after it, so all
+    /// turns would look alike, and the robot would turn to and fro.
     fn leave(&mut self, way: Option<Proposal>) {
         let Some(way) = way else { return };
         let before = self.timed.len();

@@ -45,8 +45,8 @@ crate::parameters! {
         pub commands: u32 [2.0, 256.0, "commands", "a cycle must end, and no forecast holds longer"] = 56,
         /// Seconds that each lasts.
         pub period: f64 [0.01, 1.0, "s", "shorter ones change nothing, in longer ones people pass unseen"] = 0.05,
-        /// Commands in a row that are perturbed alike. Nav2 has 1, for robots that follow at once; one that gains 0.5 m/s
-        /// in a second averages such perturbations out.
+        /// Commands in a row that are perturbed alike. Nav2 has 1, for robots that follow at once; one that gains 0.5
+        /// m/s in a second averages such perturbations out.
         pub hold: u32 [1.0, 256.0, "commands", "longer than a sequence is no different"] = 14,
         /// Standard deviation of the perturbation of speed, m/s.
         pub sigma_v: f64 [1e-3, 10.0, "m/s", "without any there is nothing to choose from"] = 0.4,

@@ -74,7 +74,8 @@ impl Dubins {
         if squared < 1.0 {
             return None;
         }
-        // The tangent from the point touches the circle where (straight, -1), turned by the angle of the turn, is (x, y).
+        // The tangent from the point touches the circle where (straight, -1), turned by the angle of the turn, is (x,
+        // y).
         let straight = (squared - 1.0).sqrt();
         let by = Direction { cos: (x * straight - y) / squared, sin: (y * straight + x) / squared };
         let angle = turn(atan2(by.sin, by.cos));

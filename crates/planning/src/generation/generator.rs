@@ -50,8 +50,8 @@ impl<'a> GenerationInput<'a> {
         Detour::new(self.geodesic, self.map, self.scene.belief.pose.position(), bodies)
     }
 
-    /// The candidates from which the robot can be stopped short of people who stop walking, numbered from 0; all of them
-    /// if there is none such.
+    /// The candidates from which the robot can be stopped short of people who stop walking, numbered from 0; all of
+    /// them if there is none such.
     pub(super) fn stoppable(&self, set: CandidateSet) -> CandidateSet {
         let checker = self.checker();
         let dt = set.dt();

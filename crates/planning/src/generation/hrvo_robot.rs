@@ -1,9 +1,9 @@
 //! The anchor `hrvo-robot`: the robot as one agent among people who all avoid each other by hybrid reciprocal velocity
 //! obstacles, on its shortest way ([`crate::hrvo`]; Snape et al., 2011).
 //!
-//! The law is one of bodies that can go in any direction, which a point ahead of the wheels' axis can: as by Snape et al.,
-//! that point is the body's centre, and its radius covers the robot around it. Each candidate is the law applied over and
-//! over while people go on as they go; a person takes as much room as the final check asks.
+//! The law is one of bodies that can go in any direction, which a point ahead of the wheels' axis can: as by Snape et
+//! al., that point is the body's centre, and its radius covers the robot around it. Each candidate is the law applied
+//! over and over while people go on as they go; a person takes as much room as the final check asks.
 
 use crate::collision::CollisionChecker;
 use crate::generation::commanded::Commanded;

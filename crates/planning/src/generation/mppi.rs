@@ -1,9 +1,9 @@
-//! The anchor `mppi`: model predictive path integral control (Williams, Aldrich and Theodorou, 2017) with critics in the
-//! manner of Nav2's controller, whose numbers of rollouts and steps it has.
+//! The anchor `mppi`: model predictive path integral control (Williams, Aldrich and Theodorou, 2017) with critics in
+//! the manner of Nav2's controller, whose numbers of rollouts and steps it has.
 //!
 //! Each cycle perturbs the command sequence of the last one many times, drives and judges every perturbed sequence, and
-//! takes their mean, weighted by `exp(-cost / temperature)`. The sequence travels between cycles as the tree. The mean is
-//! offered first, then slower versions of it, one step of it and the best of the rollouts, in case the final check
+//! takes their mean, weighted by `exp(-cost / temperature)`. The sequence travels between cycles as the tree. The mean
+//! is offered first, then slower versions of it, one step of it and the best of the rollouts, in case the final check
 //! refuses the mean.
 
 use crate::collision::CollisionChecker;

@@ -1,7 +1,8 @@
 //! Nearest and FindNearNeighbor of Alg. 1: nodes in square cells that are halved as the tree grows.
 //!
-//! A k-d tree answers the same questions, the nearest by one radius after the other, as it knows no distance that looks at
-//! headings. In a tree that gets a node with nearly every question, growth then takes three times as many instructions.
+//! A k-d tree answers the same questions, the nearest by one radius after the other, as it knows no distance that looks
+//! at headings. In a tree that gets a node with nearly every question, growth then takes three times as many
+//! instructions.
 
 use crate::geometry::Point2;
 
@@ -82,8 +83,8 @@ impl Neighbours {
         }
     }
 
-    /// Puts the nodes within `radius` metres of `p` into `near`, with their distances. The order depends on the order in
-    /// which nodes were added alone.
+    /// Puts the nodes within `radius` metres of `p` into `near`, with their distances. The order depends on the order
+    /// in which nodes were added alone.
     pub(super) fn within(&self, p: Point2, radius: f64, near: &mut Vec<(f64, usize)>) {
         near.clear();
         let squared = radius * radius;
@@ -101,7 +102,8 @@ impl Neighbours {
         }
     }
 
-    /// The node with the least `way` from `p`, which is never less than its distance from `p`; of equal ones the oldest.
+    /// The node with the least `way` from `p`, which is never less than its distance from `p`; of equal ones the
+    /// oldest.
     pub(super) fn nearest(&self, p: Point2, way: impl Fn(usize, Point2) -> f64) -> Option<usize> {
         let (column, row) = self.cell(p);
         let mut best: Option<(f64, usize)> = None;

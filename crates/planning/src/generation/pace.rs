@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-/// How much of the time for an answer is over, for emergencies only: an answer that is cut short is usable but depends on
-/// the machine.
+/// How much of the time for an answer is over, for emergencies only: an answer that is cut short is usable but depends
+/// on the machine.
 pub struct Pace<'a> {
     spent: &'a dyn Fn() -> f64,
     cut: Cell<bool>,
@@ -23,7 +23,8 @@ impl<'a> Pace<'a> {
         Pace::new(&|| 0.0)
     }
 
-    /// Whether so much of the time is over that what takes until `share` of it has to end. The answer is then cut short.
+    /// Whether so much of the time is over that what takes until `share` of it has to end. The answer is then cut
+    /// short.
     pub fn is_over(&self, share: f64) -> bool {
         let is_over = (self.spent)() >= share;
         self.cut.set(self.cut.get() || is_over);

@@ -97,11 +97,12 @@ crate::parameters! {
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct RecoveryParams {
-        /// Seconds in one place after which ways out are offered instead of what the generator offers. At 0 they never are.
+        /// Seconds in one place after which ways out are offered instead of what the generator offers. At 0 they never
+        /// are.
         pub patience: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
-        /// Whether a way out that gets somewhere is offered although the robot could not be stopped on it short of people who
-        /// stop walking right now, rather than one that stands; and where nothing gets anywhere, the beginning of the
-        /// way out between people who stand alone.
+        /// Whether a way out that gets somewhere is offered although the robot could not be stopped on it short of
+        /// people who stop walking right now, rather than one that stands; and where nothing gets anywhere, the
+        /// beginning of the way out between people who stand alone.
         pub insist: bool = false,
         /// How far the robot has to get to be in another place, metres.
         pub radius: f64 [0.01, 10.0, "m", "position estimates differ by less while a robot stands, and a robot may drive for seconds within more"] = 0.5,

@@ -112,8 +112,8 @@ impl PoseTree {
         Children { end, nodes }
     }
 
-    /// The value that travels: a generator that goes on with it finds headings and costs anew, from where the robot then
-    /// is.
+    /// The value that travels: a generator that goes on with it finds headings and costs anew, from where the robot
+    /// then is.
     pub fn into_value(self) -> Tree {
         Tree::new(self.parent, [("x", self.x), ("y", self.y)])
     }

@@ -9,9 +9,9 @@ use crate::states::States;
 pub use drive::{Departure, Drive, RolloutParams, SpeedProfile};
 use robots::{Law, Robots};
 
-/// Drives along every path from `from.pose` and adds `from.steps` states of each to `states`: where the robot is dt, 2 dt,
-/// ... after the start. Speeds, turn rates and their changes obey the robot's limits at every substep, and the last state
-/// stands still (if the limits allow it to stop at all within the horizon).
+/// Drives along every path from `from.pose` and adds `from.steps` states of each to `states`: where the robot is dt, 2
+/// dt, ... after the start. Speeds, turn rates and their changes obey the robot's limits at every substep, and the last
+/// state stands still (if the limits allow it to stop at all within the horizon).
 pub fn rollouts(drives: &[Drive<'_>], from: &Departure<'_>, params: &RolloutParams, states: &mut States) {
     rollouts_with(Level::new(), drives, from, params, states);
 }
@@ -89,7 +89,8 @@ mod tests {
         let out = driven(&path, 1.0, false, &departure(&robot, 0.0));
         // 0.5 m/s2 up for 1.95 s and down for 1.95 s: 0.975 * 1.95 = 1.9 m
         assert!((out.x[12] - 1.9).abs() < 0.06, "{}", out.x[12]);
-        // Nothing is faster, so a candidate is slow below half of its mean speed if `min_speed` is half of the greatest.
+        // Nothing is faster, so a candidate is slow below half of its mean speed if `min_speed` is half of the
+        // greatest.
         let mean_speed = out.v.iter().sum::<f64>() / 13.0;
         assert!((robot.slow_below(0.5 * robot.v_max, 0.0, 13, 0.3) - 0.5 * mean_speed).abs() < 0.02);
     }

@@ -40,7 +40,8 @@ crate::parameters! {
         pub gamma: f64 [0.01, 1000.0, "m", "below no node has neighbours, and eta limits it from above"] = 12.0,
         /// Share of samples taken on the shortest way to the goal.
         pub goal_bias: f64 [in Range::SHARE] = 0.05,
-        /// Share of samples around places where much is seen, drawn in proportion to what is (the baseline `risk-aware`).
+        /// Share of samples around places where much is seen, drawn in proportion to what is (the baseline
+        /// `risk-aware`).
         pub informative: f64 [in Range::SHARE] = 0.0,
         /// Standard deviation of such samples around their place, metres.
         pub informative_spread: f64 [0.0, 100.0, "m", "farther away other things are seen"] = 1.0,
@@ -114,8 +115,8 @@ impl SampleSpace<'_> {
     }
 }
 
-/// Whether an edge keeps clear of walls: strides as long as the clearance allows. Around one of its ends, so many metres
-/// are known to be free.
+/// Whether an edge keeps clear of walls: strides as long as the clearance allows. Around one of its ends, so many
+/// metres are known to be free.
 pub(super) fn clear(path: &Dubins, free: f64, checker: &CollisionChecker<'_>) -> bool {
     if path.length() <= free {
         return true;
@@ -273,8 +274,8 @@ impl<'a> RrtStar<'a> {
         self.near.iter().any(|&(distance, node)| distance < self.params.spacing && same(node))
     }
 
-    /// The pose at most eta along the shortest way from node `from` to the sample; along a quarter of the turning circle
-    /// that the sample lies in, if it lies in one.
+    /// The pose at most eta along the shortest way from node `from` to the sample; along a quarter of the turning
+    /// circle that the sample lies in, if it lies in one.
     fn steer(&self, from: usize, sample: Point2) -> Option<Pose2> {
         let radius = self.params.turning_radius;
         let start = self.facing(from);

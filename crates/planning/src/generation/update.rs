@@ -15,9 +15,9 @@ const DETOUR: f64 = 1.3;
 const FOSTERS: usize = 4;
 
 /// The tree seen from `root`: its nodes stay where they are, and each has the heading with which the shortest way from
-/// its parent arrives. Nodes outside `radius` are dropped, and so are those the robot has passed. A node whose parent is
-/// gone hangs on the new root, or on a near node, if a sensible edge leads there, and is dropped otherwise. Costs are
-/// those from the new root.
+/// its parent arrives. Nodes outside `radius` are dropped, and so are those the robot has passed. A node whose parent
+/// is gone hangs on the new root, or on a near node, if a sensible edge leads there, and is dropped otherwise. Costs
+/// are those from the new root.
 pub fn reroot(
     old: Nodes<'_>,
     root: Pose2,

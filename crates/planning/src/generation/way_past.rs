@@ -1,8 +1,8 @@
 //! The way past people where they are now, on a fine lattice around the robot (Dijkstra, 1959).
 //!
 //! The shortest way to the goal knows no people, and the branches of a tree that grows without them seldom lead through
-//! what is left beside one who stands in a corridor, or between two who wait for the robot. That is often narrower than the
-//! cells of the map, on which [`Detour`](crate::occupancy::Detour) finds the distance to go past people.
+//! what is left beside one who stands in a corridor, or between two who wait for the robot. That is often narrower than
+//! the cells of the map, on which [`Detour`](crate::occupancy::Detour) finds the distance to go past people.
 
 use crate::collision::CollisionChecker;
 use crate::generation::GenerationInput;
@@ -73,8 +73,8 @@ impl Lattice<'_> {
         Point2::new(along(self.centre.x, column), along(self.centre.y, row))
     }
 
-    /// The nodes of the best way, without the robot's: metres count more where there is little room, and `to_go` from its
-    /// end is added.
+    /// The nodes of the best way, without the robot's: metres count more where there is little room, and `to_go` from
+    /// its end is added.
     fn way(&self, to_go: impl Fn(Point2) -> f64, tolerance: f64) -> Option<Vec<Point2>> {
         let here = self.centre.position();
         let nodes = ((2 * SIDE + 1) * (2 * SIDE + 1)) as usize;

@@ -95,8 +95,8 @@ impl GeodesicField {
     }
 }
 
-/// Between the values of cells, `[row, column]`, at a column and row that are not whole; the least of the four around it
-/// where one of them is infinite.
+/// Between the values of cells, `[row, column]`, at a column and row that are not whole; the least of the four around
+/// it where one of them is infinite.
 fn between(metres: &[f32], (width, height): (usize, usize), (c, r): (f64, f64)) -> f64 {
     let c = c.clamp(0.0, (width - 1) as f64);
     let r = r.clamp(0.0, (height - 1) as f64);
@@ -117,8 +117,8 @@ fn between(metres: &[f32], (width, height): (usize, usize), (c, r): (f64, f64)) 
     (a * (1.0 - fc) + b * fc) * (1.0 - fr) + (d * (1.0 - fc) + e * fc) * fr
 }
 
-/// The first `length` metres of the steepest descent of `at` from `start`, a point every `spacing` metres; empty when the
-/// goal cannot be reached.
+/// The first `length` metres of the steepest descent of `at` from `start`, a point every `spacing` metres; empty when
+/// the goal cannot be reached.
 fn descend(
     at: impl Fn(Point2) -> f64,
     directions: &[Point2],
@@ -166,7 +166,8 @@ fn factor(room: f64) -> f64 {
     1.0 + (GeodesicField::WALL_SLOWNESS - 1.0) * comfort
 }
 
-/// Metres that each of these cells counts as, with a border of one cell around them; infinite where nothing can be driven.
+/// Metres that each of these cells counts as, with a border of one cell around them; infinite where nothing can be
+/// driven.
 fn slowness(map: &StaticMap, radius: f64, columns: Range<usize>, rows: Range<usize>) -> Vec<f32> {
     let grid = &map.grid;
     let clearance = &map.to_obstacle;

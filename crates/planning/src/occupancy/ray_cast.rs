@@ -53,8 +53,8 @@ impl<'a> RayCaster<'a> {
         inside.then(|| f64::from(self.metres[row as usize * self.width + column as usize]) * self.per_metre)
     }
 
-    /// Length of the ray from `origin` towards a unit vector to the first occupied cell, if it meets one before `reach`:
-    /// exact, from cell to cell (Amanatides and Woo, 1987), with leaps where nothing is near.
+    /// Length of the ray from `origin` towards a unit vector to the first occupied cell, if it meets one before
+    /// `reach`: exact, from cell to cell (Amanatides and Woo, 1987), with leaps where nothing is near.
     pub fn range(&self, (ox, oy): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> Option<f64> {
         let inverse_x = 1.0 / dx;
         let inverse_y = 1.0 / dy;
@@ -86,8 +86,8 @@ impl<'a> RayCaster<'a> {
         None
     }
 
-    /// First occupied cell from `from` towards each of N unit vectors, not farther than `reach`, if there is one. Lengths
-    /// are good to half a cell.
+    /// First occupied cell from `from` towards each of N unit vectors, not farther than `reach`, if there is one.
+    /// Lengths are good to half a cell.
     ///
     /// All rays take their steps in turn: each step waits for memory, and the steps of other rays fill the time.
     pub fn cast<const N: usize>(

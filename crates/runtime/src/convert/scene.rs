@@ -93,9 +93,9 @@ fn round_covariances(variances: &[f64]) -> Option<F64Array> {
     (!variances.is_empty()).then(|| of_each.collect())
 }
 
-/// People as they are at `stamp`, when the robot believes `belief`: seen at the message's own stamp, from where the robot
-/// was then, and taken to have gone on at constant velocity (A20). The longer ago that was, the less is known of where they
-/// are.
+/// People as they are at `stamp`, when the robot believes `belief`: seen at the message's own stamp, from where the
+/// robot was then, and taken to have gone on at constant velocity (A20). The longer ago that was, the less is known of
+/// where they are.
 pub fn people_at(p: &wire::People, belief: &Belief, stamp: f64) -> People {
     let age = stamp - p.stamp;
     people(p, step(belief.pose, belief.twist, -age)).after(age)

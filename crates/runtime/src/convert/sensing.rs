@@ -8,8 +8,8 @@ use curionav_schemas::{Reject, Scan};
 
 use super::{checked, pose, pose_to_wire};
 
-/// The ranges of a scan in order of rising bearing, without what a full turn sees twice, and the scanner as the scan
-/// itself describes it, with noise of `range_sigma` metres.
+/// The ranges of a scan in order of rising bearing, and the scanner as the scan describes it, with noise of
+/// `range_sigma` metres. If the first and the last beam of a full turn look the same way, one of them is left out.
 ///
 /// # Errors
 /// If the scan describes no scanner.

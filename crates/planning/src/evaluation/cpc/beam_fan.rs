@@ -90,7 +90,8 @@ impl<'a> Fan<'a> {
         &self.directions
     }
 
-    /// The share of ray `ray` in what a scan tells at heading `heading`, times what all beams of a scan are worth, 1/m2.
+    /// The share of ray `ray` in what a scan tells at heading `heading`, times what all beams of a scan are worth,
+    /// 1/m2.
     pub(super) fn weight(&self, heading: usize, ray: usize) -> f64 {
         let seen_by = self.seen_by[ray].iter().find(|(run, _)| run.contains(&heading));
         seen_by.map_or(0.0, |(_, weight)| *weight)

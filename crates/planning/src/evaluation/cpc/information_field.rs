@@ -40,8 +40,8 @@ crate::parameters! {
             [0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"] = 0.2,
         /// Beams of one scan that count, spread over the field of view; never more than the laser has.
         pub beams: u32 [1.0, 8192.0, "beams", "a laser has no more"] = 20,
-        /// Neighbouring beams err together; the information of a scan is divided by this, at least 1. With 20 beams, 1.1
-        /// makes a scan worth what the localiser takes it for: 30 beams and an exponent of 0.6.
+        /// Neighbouring beams err together; the information of a scan is divided by this, at least 1. With 20 beams,
+        /// 1.1 makes a scan worth what the localiser takes it for: 30 beams and an exponent of 0.6.
         pub correlation: f64
             [1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing"] = 1.1,
     }
@@ -123,8 +123,8 @@ impl InformationField {
         }
     }
 
-    /// The field of the same laser in another place on the robot, which shares the memory of this one: where the laser sits
-    /// changes what is looked up, not what it sees.
+    /// The field of the same laser in another place on the robot, which shares the memory of this one: where the laser
+    /// sits changes what is looked up, not what it sees.
     pub fn mounted(&self, robot_from_laser: Pose2) -> Self {
         Self { robot_from_laser, ..self.clone() }
     }
@@ -168,8 +168,8 @@ impl InformationField {
         })
     }
 
-    /// What one scan tells of the robot at `p`, averaged over headings: of its position along the direction that it tells
-    /// most about and across that, 1/m2, and of its heading, 1/rad2.
+    /// What one scan tells of the robot at `p`, averaged over headings: of its position along the direction that it
+    /// tells most about and across that, 1/m2, and of its heading, 1/rad2.
     pub fn mean_at(&self, p: Point2) -> [f64; 3] {
         let [mut xx, mut xy, mut yy, mut tt] = [0.0; 4];
         for k in 0..self.headings {
@@ -185,7 +185,8 @@ impl InformationField {
         [most, least, tt * mean]
     }
 
-    /// The blocks that see something, in the order of their factors: the point (x, y) from which each has its rays, cells.
+    /// The blocks that see something, in the order of their factors: the point (x, y) from which each has its rays,
+    /// cells.
     pub(super) fn seeing<'a>(&'a self, grid: &'a OccupancyGrid) -> impl Iterator<Item = (f64, f64)> + 'a {
         let blocks = self.place.iter().enumerate().filter(|(_, place)| **place > 0);
         blocks.map(|(block, _)| centre(grid, block % self.columns, block / self.columns))

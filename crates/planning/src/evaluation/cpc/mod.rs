@@ -59,8 +59,9 @@ crate::parameters! {
         /// What a scan at rest is worth, as a share of one after motion: the localiser's `rest_temper`. In between it
         /// is worth the share of an update that has been driven.
         pub rest_credit: f64 [in Range::SHARE] = 0.02,
-        /// Trace from which on more uncertainty matters little, m2 + rad2: l counts as l / (1 + l / saturation). A robot that
-        /// knows little will not know less by driving on, and must get on. At 0 all of it counts, as in the paper.
+        /// Trace from which on more uncertainty matters little, m2 + rad2: l counts as l / (1 + l / saturation). A
+        /// robot that knows little will not know less by driving on, and must get on. At 0 all of it counts, as in the
+        /// paper.
         pub saturation: f64 [0.0, 1e6, "m2 + rad2", "no filter is that uncertain"] = 0.0,
     }
 }

@@ -5,10 +5,10 @@
 //! J = sum_b w_b s_b h_b h_b^T        s_b = prod_i (1 - q_ib)
 //! q_ib = Phi((r - delta) / sigma) + Phi((r + delta) / sigma) - 1    if 0 < rho cos(beta_b - phi) < r_b, else 0
 //! ```
-//! with delta = rho sin(beta_b - phi): person i, a disc of radius r, is predicted at distance rho and bearing phi from the
-//! laser, with the standard deviation sigma on each axis; ray b goes r_b metres in direction beta_b until it meets a
-//! wall. So q is the chance that the person is in the ray. The Gaussian is cut at four sigma, so that people who are far
-//! from every ray change no bit.
+//! with delta = rho sin(beta_b - phi): person i, a disc of radius r, is predicted at distance rho and bearing phi from
+//! the laser, with the standard deviation sigma on each axis; ray b goes r_b metres in direction beta_b until it meets
+//! a wall. So q is the chance that the person is in the ray. The Gaussian is cut at four sigma, so that people who are
+//! far from every ray change no bit.
 
 use std::sync::{Arc, LazyLock};
 

@@ -94,8 +94,8 @@ fn map_of_one_wall() -> StaticMap {
     map(Pose2::default(), |_, y| y > 13.0)
 }
 
-/// The formula, ray by ray, with the library's error function and the Gaussian cut at four deviations, for a laser in the
-/// middle of the robot.
+/// The formula, ray by ray, with the library's error function and the Gaussian cut at four deviations, for a laser in
+/// the middle of the robot.
 fn reference(term: &CpcOccludedEvaluator, scene: &Scene, pose: Pose2, t: f64) -> Matrix3<f64> {
     let field = &*term.cpc.field;
     let p = field.grid_from_map(pose.position());

@@ -14,9 +14,9 @@ pub(super) type OfRays<T> = [[T; LANES]; GROUPS];
 
 /// The rays from every block of cells that sees something, for one map and laser.
 ///
-/// A ray is its range r and the position's part (h1, h2) of its measurement row; the heading's part is
-/// `r (h2 d1 - h1 d2)`, because turning the laser carries the end of a ray in direction d across it. Three numbers of 32
-/// bits per ray are 864 bytes per block: 19 MB for the 22 000 blocks of a map of 350 000 cells.
+/// A ray is its range r and the position's part (h1, h2) of its measurement row; the heading's part is `r (h2 d1 - h1
+/// d2)`, because turning the laser carries the end of a ray in direction d across it. Three numbers of 32 bits per ray
+/// are 864 bytes per block: 19 MB for the 22 000 blocks of a map of 350 000 cells.
 #[derive(Debug, Clone)]
 pub struct RayField {
     /// Directions in the grid's axes, x and y.

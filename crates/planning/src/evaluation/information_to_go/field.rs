@@ -53,10 +53,10 @@ const EXACT: f32 = 0.01;
 
 /// Metres by which the way to a goal counts longer, by place and by how uncertain the robot is there.
 ///
-/// The state of a robot is its place on a roadmap, the variance of its position and that of its heading. A stretch of way
-/// changes the two by the odometry's noise and by what a scan tells at its end. The least cost of each state is found
-/// backwards from the goal, and the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009) with two numbers
-/// for the covariance.
+/// The state of a robot is its place on a roadmap, the variance of its position and that of its heading. A stretch of
+/// way changes the two by the odometry's noise and by what a scan tells at its end. The least cost of each state is
+/// found backwards from the goal, and the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009) with two
+/// numbers for the covariance.
 #[derive(Debug, Clone)]
 pub struct InformationToGoField {
     grid: Arc<OccupancyGrid>,
@@ -67,9 +67,9 @@ pub struct InformationToGoField {
 }
 
 impl InformationToGoField {
-    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. With an error of position
-    /// up to `tolerance` metres it is still at the goal. What the trace of the covariance has above `threshold` is in
-    /// excess, m2 + rad2.
+    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. With an error of
+    /// position up to `tolerance` metres it is still at the goal. What the trace of the covariance has above
+    /// `threshold` is in excess, m2 + rad2.
     pub fn new(
         map: &StaticMap,
         information: &InformationField,
@@ -107,8 +107,8 @@ impl InformationToGoField {
         field
     }
 
-    /// Metres that the way from `p` counts more for a robot of this covariance (x, y, heading), between the places around.
-    /// Zero where no place is near from which the goal can be reached.
+    /// Metres that the way from `p` counts more for a robot of this covariance (x, y, heading), between the places
+    /// around. Zero where no place is near from which the goal can be reached.
     pub fn at(&self, p: Point2, covariance: &Matrix3<f64>) -> f64 {
         let (column, row) = self.roadmap.between(&self.grid, p);
         let c = column.floor();
@@ -150,7 +150,8 @@ impl InformationToGoField {
         of_block[0].is_finite().then(|| f64::from(mixed(of_block, mix)))
     }
 
-    /// What becomes of each state on an edge, which is taken to be as long as a block's side or, diagonal, half as long again.
+    /// What becomes of each state on an edge, which is taken to be as long as a block's side or, diagonal, half as long
+    /// again.
     fn after(&self, sight: Sight, diagonal: bool) -> Vec<Mix> {
         let metres = self.roadmap.spacing * if diagonal { 1.5 } else { 1.0 };
         (0..STATES)
@@ -194,8 +195,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The least cost of each block and state: it falls from the cost of the shortest way, in rounds that go outward and
-    /// inward in turns, until no block lowers another's.
+    /// The least cost of each block and state: it falls from the cost of the shortest way, in rounds that go outward
+    /// and inward in turns, until no block lowers another's.
     fn run(&self, end: usize, shortest: &[f32]) -> Vec<f32> {
         let dearest = self.rates.iter().copied().fold(1.0, f32::max);
         let worst = self.missing.iter().copied().fold(0.0, f32::max);

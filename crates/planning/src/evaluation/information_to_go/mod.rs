@@ -1,9 +1,9 @@
 //! What a candidate's end is worth to a robot that will not always know where it is: information beyond the horizon.
 //!
 //! CPC looks as far as a candidate does. Where no landmark is in range, all candidates look alike to it and standing
-//! costs least. This term adds what lies beyond: the metres by which the way to the goal is longer for a robot that is as
-//! uncertain as it will be there ([`InformationToGoField`]). Where landmarks are always in view, it is flat and changes
-//! nothing.
+//! costs least. This term adds what lies beyond: the metres by which the way to the goal is longer for a robot that is
+//! as uncertain as it will be there ([`InformationToGoField`]). Where landmarks are always in view, it is flat and
+//! changes nothing.
 
 mod field;
 mod roadmap;

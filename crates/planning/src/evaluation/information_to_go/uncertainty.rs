@@ -77,9 +77,9 @@ impl Levels {
 
     /// After so many metres, at a place where a scan tells `sight`.
     ///
-    /// Blind, an error of heading displaces everything that is driven after it, so that the two are correlated (`shared`):
-    /// as much as on a way on which the heading's error has grown from the first level, and no more than all of it. Where a
-    /// scan tells the heading again, it also tells that part of the position.
+    /// Blind, an error of heading displaces everything that is driven after it, so that the two are correlated
+    /// (`shared`): as much as on a way on which the heading's error has grown from the first level, and no more than
+    /// all of it. Where a scan tells the heading again, it also tells that part of the position.
     pub(super) fn after(&self, before: Variances, sight: Sight, metres: f64) -> Variances {
         let Variances { position, heading } = before;
         let known = self.headings[0];
@@ -152,8 +152,8 @@ mod tests {
 
     #[test]
     fn a_blind_way_in_steps_ends_where_the_exact_one_does() {
-        // From a known heading, a straight way of u metres: the position's variance grows by 2 p u, by the first heading's
-        // h u^2, and by the heading's random walk q u^3 / 3.
+        // From a known heading, a straight way of u metres: the position's variance grows by 2 p u, by the first
+        // heading's h u^2, and by the heading's random walk q u^3 / 3.
         let levels = levels();
         let noise = OdometryNoise::default();
         let start = Variances { position: 0.06, heading: levels.of(0).heading };

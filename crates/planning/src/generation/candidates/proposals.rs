@@ -15,8 +15,8 @@ const FAN: u32 = 24;
 const ARCS: u32 = 13;
 /// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
 const BEGINNING: f64 = 1.2;
-/// Where along the rest of a way its direction is looked at, metres.
-const ROUND: f64 = 0.4;
+/// How far along a way it says which direction the way takes, metres.
+const DIRECTION_AT: f64 = 0.4;
 /// Spacing of the waypoints of a descent to the goal, metres.
 const DESCENT: f64 = 0.2;
 /// Spacing of the lattice on which a robot that has lost patience looks for a way past people, metres.
@@ -29,7 +29,7 @@ pub(super) struct Proposal {
     pub(super) path: Path,
     /// Whether the robot first turns on the spot until it faces the path.
     pub(super) turn_first: bool,
-    /// Kept whatever others are better: the way to the goal and what was decided before.
+    /// Offered even if others are better: the way to the goal and what was decided before.
     pub(super) pinned: bool,
     /// Turning on the spot towards a way that lies behind: it counts as moving.
     pub(super) turns_to_goal: bool,
@@ -54,8 +54,8 @@ pub(super) struct Proposer<'a> {
 }
 
 impl Proposer<'_> {
-    /// The previous decision continued, the way past people if patience is lost, and the shortest `way` to the goal,
-    /// each of the last two after a turn on the spot as well if it lies behind.
+    /// The previous decision continued, the way past people if patience is lost, and the shortest `way` to the goal. If
+    /// one of the two ways lies behind, it is also proposed after a turn on the spot.
     pub(super) fn goal_directed(&self, way: &[Point2]) -> Vec<Proposal> {
         let besides = self.input.params.generation.candidates.besides;
         let mut proposals = Vec::new();
@@ -67,7 +67,7 @@ impl Proposer<'_> {
         {
             let mut path = self.path(past);
             self.go_on_to_goal(&mut path, self.reach);
-            let ahead = path.at(ROUND);
+            let ahead = path.at(DIRECTION_AT);
             if self.lies_behind(ahead) {
                 proposals.push(turned_to(&path, true));
             }
@@ -99,7 +99,7 @@ impl Proposer<'_> {
     /// What is left of the previous decision alone, after a turn if it does not begin ahead.
     pub(super) fn rest_of_previous(&self) -> Option<Proposal> {
         let path = self.path(self.input.previous?.iter().map(|pose| pose.position()));
-        let turn_first = self.is_to_be_turned_to(self.bearing_off(path.at(ROUND)));
+        let turn_first = self.is_to_be_turned_to(self.bearing_off(path.at(DIRECTION_AT)));
         Some(Proposal { turn_first, ..Proposal::pinned(path) })
     }
 

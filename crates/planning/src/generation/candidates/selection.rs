@@ -95,7 +95,7 @@ pub(super) struct Selection<'a> {
 
 impl<'a> Selection<'a> {
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of
-    /// them are safe, and not slow, as far as there are any such. If nothing is free, those that are for longest.
+    /// them are safe, and not slow, as far as there are any such. If nothing is free, what stays free for longest.
     pub(super) fn offers(&self, insists: bool) -> CandidateSet {
         let demands = if insists { INSISTENT } else { CAUTIOUS };
         let collision = &self.input.params.collision;
@@ -132,7 +132,7 @@ impl<'a> Selection<'a> {
     }
 
     /// The free rollouts that meet a demand: pinned ones first, then those nearest to the goal, one of each place at
-    /// `differ_by`, end and profile. Only those are checked for collisions that no other makes needless.
+    /// `differ_by`, end and profile. A rollout whose place is taken already is not checked for collisions.
     fn pick(&self, demand: Demand) -> Vec<&'a Timed> {
         let mut order: Vec<&Timed> = self.timed.iter().filter(|timed| demand.admits(timed)).collect();
         order.sort_by(|a, b| b.pinned.cmp(&a.pinned).then(a.to_go.total_cmp(&b.to_go)));
@@ -165,8 +165,8 @@ impl<'a> Selection<'a> {
         evading.into_iter().map(|(_, timed)| timed).collect()
     }
 
-    /// If there are too many, the directions in which they end take turns: a way round that only some term would prefer is
-    /// not left out for being the longer one.
+    /// If there are too many, the best of each direction in which they end are kept: only some term may prefer a way
+    /// round, which a choice by length alone would drop.
     fn as_many_as_allowed(&self, offered: Vec<&'a Timed>) -> Vec<&'a Timed> {
         if offered.len() <= self.most() {
             return offered;

@@ -138,8 +138,8 @@ impl TimeTree {
     }
 }
 
-/// Nodes of a value that make one tree. Parents are counted from the beginning of the value, where the first of these is
-/// node `first`.
+/// Nodes of a value that make one tree. Parents are counted from the beginning of the value, where the first of these
+/// is node `first`.
 pub(in crate::generation) struct TimeNodes<'a> {
     pub(in crate::generation) parent: &'a [u32],
     pub(in crate::generation) first: usize,

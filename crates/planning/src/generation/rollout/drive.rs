@@ -17,14 +17,14 @@ crate::parameters! {
         /// Distance of the pursued point at standstill, metres.
         pub lookahead: f64
             [0.05, 5.0, "m", "a nearer point makes the robot weave, a farther one cuts corners"] = 0.35,
-        /// How much further it is per speed, seconds.
+        /// How much farther away the pursued point is per m/s of speed, seconds.
         pub lookahead_time: f64 [0.0, 5.0, "s", "a farther point cuts corners"] = 0.4,
         /// Beyond this bearing of the pursued point the robot turns on the spot, radians.
         pub turn_from: f64
-            [0.01, 3.15, "rad", "no bearing is greater than half a turn; below, the robot never drives"] = 1.2,
+            [0.01, 3.15, "rad", "no bearing is greater than half a turn; at 0 the robot never drives"] = 1.2,
         /// A turn that comes first ends at this bearing, radians.
         pub turn_until: f64
-            [0.01, 3.15, "rad", "no bearing is greater than half a turn; below, a turn never ends"] = 0.25,
+            [0.01, 3.15, "rad", "no bearing is greater than half a turn; at 0 a turn never ends"] = 0.25,
         /// Share of the greatest turn rate a path's bends may use; the rest is for corrections.
         pub turn_share: f64 [0.01, 1.0, "", "it is a share, and without any the robot never turns"] = 0.9,
     }

@@ -9,11 +9,11 @@ use crate::occupancy::StaticMap;
 /// How far around the robot people are gone around, metres.
 const REACH: f64 = 6.0;
 
-/// Distance to go, metres, where bodies stand in the ways of a [`GeodesicField`], which knows walls alone: what a costmap
-/// gives that has people in it.
+/// Distance to go, metres, where bodies stand in the ways of a [`GeodesicField`], which knows walls alone: what a
+/// costmap gives that has people in it.
 ///
-/// A square around the robot is marched again with the bodies in it, as close to them as to walls, from where ways lead out
-/// of it. Where the bodies leave the robot no way, the ways are those of the walls.
+/// A square around the robot is marched again with the bodies in it, as close to them as to walls, from where ways lead
+/// out of it. Where the bodies leave the robot no way, the ways are those of the walls.
 #[derive(Debug)]
 pub struct Detour<'a> {
     walls: &'a GeodesicField,
