@@ -15,7 +15,7 @@ use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::parameters;
 use curionav_planning::profile::{Profile, Term};
 use curionav_planning::scene::{Belief, People, Scene};
-use curionav_planning::states::States;
+use curionav_planning::states::{Columns, States};
 use curionav_planning::terms::{Built, BuiltIn, DerivedFields, Task};
 
 parameters! {
@@ -42,11 +42,14 @@ impl Evaluator for ClearanceEvaluator {
     }
 }
 
-/// What the registry of terms, `crates/planning/src/terms.rs`, lists.
+/// What the registry of terms, `crates/planning/src/terms/built_in.rs`, lists.
 enum Clearance {}
 
 impl BuiltIn for Clearance {
     const NAME: &'static str = "clearance";
+    // No service evaluates it: the arbiter does.
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
     type Params = ClearanceParams;
 
     // Inside the crate: `profile.clearance.clone()`.

@@ -17,6 +17,7 @@ use curionav_crowdsim::{Recording, Scenario, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::parameters::{FieldError, Ranged, read};
 use curionav_planning::profile::Profile;
+use curionav_planning::terms;
 use curionav_tracking_people::TrackerParams;
 use serde::Serializer as _;
 use serde_json::ser::PrettyFormatter;
@@ -88,6 +89,15 @@ fn the_profiles_that_python_carries_are_the_built_in_ones() {
         std::fs::write(&made, text).unwrap();
         panic!("{carried} is out of date: run `cp {} {carried}`", made.display());
     }
+}
+
+#[test]
+fn the_terms_that_python_leaves_to_us_are_the_built_in_ones() {
+    let file = "python/src/curionav/evaluation.py";
+    let source = std::fs::read_to_string(root().join(file)).unwrap();
+    let list = source.split_once("BUILT_IN = frozenset(").unwrap().1.split_once(')').unwrap().0;
+    let names: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+    assert_eq!(names, terms::NAMES, "BUILT_IN of {file}");
 }
 
 #[test]
