@@ -24,7 +24,7 @@ pub struct Grown {
     /// Candidates and tree.
     pub generated: Generated,
     /// Whether the budget has cut its growth short, as
-    /// [`PlanContext::generate`](crate::context::PlanContext::generate) says it.
+    /// [`Course::generate`](curionav_planning::planner::Course::generate) says it.
     pub cut: bool,
 }
 
