@@ -537,10 +537,7 @@ def test_without_rerun_the_package_to_install_is_named(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command.main(["--save", "x.rrd"]) == 3
-    assert (
-        "not installed: rerun-sdk, mcap; `pip install rerun-sdk mcap` brings them"
-        in capsys.readouterr().err
-    )
+    assert "not installed: rerun-sdk, mcap; `pip install rerun-sdk mcap` brings them" in capsys.readouterr().err
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

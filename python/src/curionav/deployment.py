@@ -206,8 +206,7 @@ class Deployment(Closable):
         """Fails if the router would be silent because another certificate is needed."""
         if self._certificate not in {None, certificate}:
             raise ConnectionFailed(
-                f"the certificate `{self._certificate}` may not {what}: "
-                f"connect with certificate={certificate!r}"
+                f"the certificate `{self._certificate}` may not {what}: connect with certificate={certificate!r}"
             )
 
     def _counts(self, role: str, instance: str) -> ServiceStatus | None:
