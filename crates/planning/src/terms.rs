@@ -5,6 +5,8 @@
 //! find it here. The example `own_term` is a term, complete.
 
 mod built_in;
+mod task;
+mod term_params;
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -16,27 +18,15 @@ use crate::evaluation::Evaluator;
 use crate::evaluation::cpc::{InformationField, InformationParams, RayField};
 use crate::evaluation::information_to_go::InformationToGoField;
 use crate::geometry::Point2;
-use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
 use crate::parameters::Ranged;
 use crate::profile::Profile;
 use crate::sensor::LaserModel;
 use crate::states::Columns;
 
-pub use built_in::{CpcTermParams, InformationToGoTermParams, NAMES, columns, is_local, visit};
-
-/// What stays the same from one cycle of a mission to the next, apart from map and parameters.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Task {
-    /// Where to go, map frame.
-    pub goal: Point2,
-    /// What the base can do.
-    pub robot: RobotModel,
-    /// What the localiser sees with.
-    pub laser: LaserModel,
-    /// What odometry misses.
-    pub noise: OdometryNoise,
-}
+pub use built_in::{NAMES, columns, evaluator, is_local, visit};
+pub use task::Task;
+pub use term_params::{CpcTermParams, InformationToGoTermParams};
 
 /// What is derived from one map. An implementation may keep the fields between calls; [`StaticMap`] itself derives
 /// them anew each time.
@@ -135,23 +125,6 @@ pub trait Visitor {
 
     /// Does it with `T`.
     fn visit<T: BuiltIn>(self) -> Self::Output;
-}
-
-/// The evaluator of the term of that name as `profile` wants it; `None` if it is not built in.
-pub fn evaluator<F: DerivedFields>(
-    name: &str,
-    profile: &Profile,
-    task: &Task,
-    fields: &F,
-) -> Option<Built<F::Error>> {
-    struct Build<'a, F>(&'a Profile, &'a Task, &'a F);
-    impl<F: DerivedFields> Visitor for Build<'_, F> {
-        type Output = Built<F::Error>;
-        fn visit<T: BuiltIn>(self) -> Self::Output {
-            T::evaluator(T::params(self.0), self.1, self.2)
-        }
-    }
-    visit(name, Build(profile, task, fields))
 }
 
 #[cfg(test)]

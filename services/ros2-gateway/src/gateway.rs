@@ -1,5 +1,4 @@
 //! The gateway on its robot: what becomes of what it hears.
-
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -4,61 +4,23 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Built, BuiltIn, DerivedFields, Task, Visitor};
+use super::task::Task;
+use super::term_params::{CpcTermParams, InformationToGoTermParams};
+use super::{Built, BuiltIn, DerivedFields, Visitor};
 use crate::collision_risk::RiskParams;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
-use crate::evaluation::cpc::{
-    CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams,
-};
+use crate::evaluation::cpc::{CpcEvaluator, CpcOccludedEvaluator};
 use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
-use crate::evaluation::information_to_go::{
-    InformationToGoEvaluator, InformationToGoField, InformationToGoParams,
-};
+use crate::evaluation::information_to_go::InformationToGoEvaluator;
 use crate::evaluation::order::OrderEvaluator;
 use crate::evaluation::risk::RiskEvaluator;
 use crate::evaluation::uncertainty::UncertaintyEvaluator;
 use crate::forecast::ForecastParams;
-use crate::occupancy::StaticMap;
-use crate::parameters::{Field, FieldError, Range, Ranged};
-use crate::profile::{Profile, UncertaintySwitch};
+use crate::parameters::{Field, FieldError, Ranged};
+use crate::profile::Profile;
 use crate::states::Columns;
-
-crate::parameters! {
-    /// Parameters of [`CpcEvaluator`] and of the field it looks up.
-    #[derive(Copy)]
-    pub struct CpcTermParams {
-        /// When observations are credited.
-        pub cpc: CpcParams [table],
-        /// What they are worth.
-        pub information: InformationParams [table],
-    }
-}
-
-crate::parameters! {
-    /// Parameters of [`InformationToGoEvaluator`] and of the field it looks up.
-    #[derive(Copy)]
-    pub struct InformationToGoTermParams {
-        /// What counts as uncertain.
-        pub uncertainty: UncertaintySwitch [table],
-        /// Error of position with which the robot still counts as being at the goal, metres.
-        pub tolerance: f64 [in Range::GOAL_TOLERANCE],
-        /// What predicts how uncertain the robot will be.
-        pub prediction: CpcTermParams [table],
-        /// What that costs.
-        pub information_to_go: InformationToGoParams [table],
-    }
-}
-
-impl InformationToGoTermParams {
-    /// The field, from the information field of the same map and laser.
-    pub fn field(&self, map: &StaticMap, seen: &InformationField, task: &Task) -> InformationToGoField {
-        let way = (task.goal, self.tolerance, task.robot.radius());
-        let threshold = self.uncertainty.threshold;
-        InformationToGoField::new(map, seen, way, &task.noise, threshold, &self.information_to_go)
-    }
-}
 
 enum InformationToGo {}
 
@@ -345,4 +307,21 @@ macro_rules! built_in {
 
 built_in! {
     Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
+}
+
+/// The evaluator of the term of that name as `profile` wants it; `None` if it is not built in.
+pub fn evaluator<F: DerivedFields>(
+    name: &str,
+    profile: &Profile,
+    task: &Task,
+    fields: &F,
+) -> Option<Built<F::Error>> {
+    struct Build<'a, F>(&'a Profile, &'a Task, &'a F);
+    impl<F: DerivedFields> Visitor for Build<'_, F> {
+        type Output = Built<F::Error>;
+        fn visit<T: BuiltIn>(self) -> Self::Output {
+            T::evaluator(T::params(self.0), self.1, self.2)
+        }
+    }
+    visit(name, Build(profile, task, fields))
 }

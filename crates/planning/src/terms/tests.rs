@@ -6,6 +6,7 @@ use super::*;
 use crate::candidates::CandidateSet;
 use crate::evaluation::distance::DistanceMeasure;
 use crate::geometry::{Pose2, Twist};
+use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::OccupancyGrid;
 use crate::scene::{Belief, People, Scene};
 use crate::states::States;
