@@ -146,9 +146,18 @@ impl Planner {
         Ok(())
     }
 
+    /// Whether there is a way to the goal from `start` on the map. Ask before the first cycle: the services refuse a
+    /// mission without one.
+    ///
+    /// # Errors
+    /// No goal has been set.
+    pub fn has_way(&self, start: Point2) -> Result<bool, NoGoal> {
+        Ok(self.course.as_ref().ok_or(NoGoal)?.geodesic.at(start).is_finite())
+    }
+
     /// Plans once (Alg. 2). `stamp` is the robot's clock in seconds and must not fall from one cycle to the next.
     /// `people` are all that are known at `stamp`, map frame, in any order; those beyond the Working Zone do not count.
-    /// Where there is no way to the goal, the verdict is to stop.
+    /// Where there is no way to the goal ([`Planner::has_way`]), the robot gets as near to it as the walls allow.
     ///
     /// # Errors
     /// No goal has been set.

@@ -1,7 +1,6 @@
 use nalgebra::Matrix3;
 
 use super::*;
-use crate::arbitration::{Action, Reason};
 use crate::evaluation::{Costs, each};
 use crate::geometry::Twist;
 use crate::occupancy::OccupancyGrid;
@@ -124,13 +123,13 @@ fn what_cannot_be_planned_is_an_error() {
 }
 
 #[test]
-fn without_a_way_to_the_goal_the_robot_stops() {
+fn from_a_room_without_a_door_there_is_no_way() {
     let cells = (0..CELLS * CELLS).map(|i| if i % CELLS == 60 { 100 } else { 0 }).collect();
     let rooms = OccupancyGrid::new(120, 120, 0.1, Pose2::default(), cells).unwrap();
     let map = Arc::new(StaticMap::new(rooms));
     let mut planner = Planner::new(map, Profile::default(), RobotModel::default()).unwrap();
+    assert_eq!(planner.has_way(Point2::new(2.0, 2.0)), Err(NoGoal));
     planner.set_goal(Point2::new(10.0, 2.0)).unwrap();
-    let decision = planner.cycle(at(2.0, 2.0), &People::default(), 0.0).unwrap().decision;
-    assert_eq!(decision.action, Action::Stop);
-    assert!(matches!(decision.reason, Reason::Degraded { .. }), "{decision:?}");
+    assert_eq!(planner.has_way(Point2::new(2.0, 2.0)), Ok(false));
+    assert_eq!(planner.has_way(Point2::new(8.0, 10.0)), Ok(true));
 }
