@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::built_in_term::{Built, BuiltIn, Visitor};
+use super::derived_fields::DerivedFields;
 use super::task::Task;
 use super::term_params::{CpcTermParams, InformationToGoTermParams};
-use super::{Built, BuiltIn, DerivedFields, Visitor};
 use crate::collision_risk::RiskParams;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
 use crate::evaluation::cpc::{CpcEvaluator, CpcOccludedEvaluator};

@@ -1,14 +1,18 @@
 //! Every term that is built in is held to what the registry says of it.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 
 use super::*;
 use crate::candidates::CandidateSet;
 use crate::evaluation::distance::DistanceMeasure;
-use crate::geometry::{Pose2, Twist};
+use crate::geometry::{Point2, Pose2, Twist};
 use crate::motion::{OdometryNoise, RobotModel};
-use crate::occupancy::OccupancyGrid;
+use crate::occupancy::{OccupancyGrid, StaticMap};
+use crate::profile::Profile;
 use crate::scene::{Belief, People, Scene};
+use crate::sensor::LaserModel;
 use crate::states::States;
 
 #[test]
@@ -63,6 +67,7 @@ fn no_term_reads_a_column_that_it_does_not_declare() {
         assert_eq!(cost(&read), cost(&candidates), "{name}");
     }
 }
+
 #[test]
 fn every_profile_that_is_built_in_lists_terms_that_are() {
     for profile in Profile::names() {
@@ -70,6 +75,7 @@ fn every_profile_that_is_built_in_lists_terms_that_are() {
         assert!(terms.keys().all(|name| NAMES.contains(&name.as_str())), "{profile}: {terms:?}");
     }
 }
+
 #[test]
 fn parameters_travel_unchanged() {
     struct ThereAndBack;
