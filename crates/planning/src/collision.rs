@@ -252,7 +252,7 @@ impl<'a> CollisionChecker<'a> {
     }
 
     /// Where people are now, and how far the robot's centre has to keep from them there by its circumscribed disc,
-    /// metres: those on whom it depends whether it can go `reach` metres.
+    /// metres. People who are too far away to be met within `reach` metres are left out.
     pub(crate) fn discs(&self, reach: f64) -> impl Iterator<Item = (Point2, f64)> {
         let here = self.start.position();
         let body = self.shape.circumscribed_radius() + self.people.radius;

@@ -48,7 +48,7 @@ impl PlanContext {
         let start = convert::pose(mission.order.initial_pose).position();
         let parameters = Parameters::new(&profile)?;
         let course = course(profile, task, mission.order.seed, &fields.of(mission.order.map))?;
-        if !course.geodesic.at(start).is_finite() {
+        if !course.has_way(start) {
             let Point2 { x, y } = course.goal;
             return Err(Refusal::UnreachableGoal { x, y }.at("goal"));
         }
@@ -128,7 +128,7 @@ impl PlanContext {
             tree,
             previous,
             seed: self.course.tree_seed(index),
-            iterations: self.course.profile.iterations(),
+            iterations: self.parameters.iterations,
         }
     }
 

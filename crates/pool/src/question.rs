@@ -22,6 +22,8 @@ use crate::evaluators;
 pub(crate) struct Parameters {
     terms: BTreeMap<String, Value>,
     generator: Value,
+    /// What limits the growth of one cycle.
+    pub(crate) iterations: u32,
 }
 
 impl Parameters {
@@ -30,7 +32,7 @@ impl Parameters {
         for term in profile.terms.keys() {
             terms.insert(term.clone(), evaluators::parameters(profile, term)?);
         }
-        Ok(Self { terms, generator: generator_part(profile)? })
+        Ok(Self { terms, generator: generator_part(profile)?, iterations: profile.iterations() })
     }
 }
 

@@ -69,13 +69,15 @@ async fn finish(
         shards::collect(shards, out, &jobs, results.any_build).map_err(Exit::bad_input)?;
     }
     let mut execution = Execution::open(out, workers, results.any_build)?;
-    let python = Python::find();
-    if !results.check.is_empty() {
+    let judge = if results.check.is_empty() {
+        None
+    } else {
         // Claims are read before the first run, not after an hour.
-        let python = python.as_ref().map_err(|why| Exit::failed(anyhow!("--check: {why}")))?;
+        let python = Python::find().map_err(|why| Exit::failed(anyhow!("--check: {why}")))?;
         write_manifest(out, &Manifest::new(&plan, what, &results.check, &[], &[], 1))?;
         python.check_claims(out).context("--check").map_err(Exit::bad_input)?;
-    }
+        Some(python)
+    };
     if let Some(shard) = shard {
         shards::note(out, what, shard).context("--out").map_err(Exit::bad_input)?;
         let jobs = shards::part(jobs, what.repeats, shard);
@@ -89,7 +91,7 @@ async fn finish(
     let missing = execution.finish(&jobs).await?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| execution.row(job)).collect();
     for old in ["report.html", "summary.json"] {
-        // Those of earlier runs, should nobody write new ones.
+        // Those of earlier runs: without Python none are written in their place.
         let _ = std::fs::remove_file(out.join(old));
     }
     for (name, content) in results::files(&rows) {
@@ -98,7 +100,7 @@ async fn finish(
     write_manifest(out, &Manifest::new(&plan, what, &results.check, &rows, &missing, execution.workers))?;
     show_missing(&missing);
     show(&plan, &rows)?;
-    let all_hold = match python {
+    let all_hold = match judge.map_or_else(Python::find, Ok) {
         Ok(python) => python.report(out).map_err(Exit::failed)?,
         Err(why) => {
             let out = out.display();

@@ -57,30 +57,30 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let mut offered = Commanded::new(input, params.offers);
     for share in [1.0].into_iter().chain(SLOWER) {
         offered.add(|time, _, _| {
-            let twist = commanded(params, &mean, time);
+            let twist = command_at(params, time).map_or_else(Twist::default, |k| mean[k]);
             Twist { v: share * twist.v, omega: share * twist.omega }
         });
     }
     // Where the robot could not stop after the whole sequence, one step of it.
-    offered.add(
-        |time, _, _| {
-            if time < input.params.dt { commanded(params, &mean, time) } else { Twist::default() }
-        },
-    );
+    offered.add(|time, _, _| {
+        let first = command_at(params, time).filter(|_| time < input.params.dt);
+        first.map_or_else(Twist::default, |k| mean[k])
+    });
     let mut ranked: Vec<usize> = (0..costs.len()).collect();
     ranked.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     for rollout in ranked.into_iter().take(params.offers as usize) {
-        let commands = rollout * length..(rollout + 1) * length;
-        let pairs = v[commands.clone()].iter().zip(&omega[commands]);
-        let sequence: Vec<Twist> = pairs.map(|(&v, &omega)| Twist { v, omega }).collect();
-        offered.add(|time, _, _| commanded(params, &sequence, time));
+        let first = rollout * length;
+        offered.add(|time, _, _| match command_at(params, time) {
+            Some(k) => Twist { v: v[first + k], omega: omega[first + k] },
+            None => Twist::default(),
+        });
     }
     Generated { candidates: offered.into_candidates(), tree: carried(input, &mean) }
 }
 
-/// What a sequence commands after `time` seconds; to stand once it is over.
-fn commanded(params: &MppiParams, sequence: &[Twist], time: f64) -> Twist {
-    sequence.get((time / params.period + 1e-9) as usize).copied().unwrap_or_default()
+/// Which command of a sequence holds after `time` seconds; none once it is over, and the robot stands.
+fn command_at(params: &MppiParams, time: f64) -> Option<usize> {
+    Some((time / params.period + 1e-9) as usize).filter(|k| *k < params.commands as usize)
 }
 
 /// The sequence of the last cycle from now on, its last command repeated; at the start the robot's own twist.

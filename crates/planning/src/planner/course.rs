@@ -95,6 +95,11 @@ impl Course {
         self.evaluators.get(term)
     }
 
+    /// Whether there is a way to the goal from `start` on the map.
+    pub fn has_way(&self, start: Point2) -> bool {
+        self.geodesic.at(start).is_finite()
+    }
+
     /// What the arbitration of `candidates` in `scene` depends on.
     pub fn arbitration<'a>(
         &'a self,

@@ -130,7 +130,8 @@ impl Planner {
     /// carried over from cycles to another goal is forgotten.
     ///
     /// # Errors
-    /// The goal is not free, or the profile names a generator or a term that does not exist. The goal stays what it was.
+    /// The goal is not free, or the profile names a generator or a term that does not exist. The goal stays what it
+    /// was.
     pub fn set_goal(&mut self, goal: Point2) -> Result<(), PlannerError> {
         if self.map.to_obstacle.at(&self.map.grid, goal) < self.task.robot.radius() {
             return Err(PlannerError::GoalNotFree { x: goal.x, y: goal.y });
@@ -152,7 +153,7 @@ impl Planner {
     /// # Errors
     /// No goal has been set.
     pub fn has_way(&self, start: Point2) -> Result<bool, NoGoal> {
-        Ok(self.course.as_ref().ok_or(NoGoal)?.geodesic.at(start).is_finite())
+        Ok(self.course.as_ref().ok_or(NoGoal)?.has_way(start))
     }
 
     /// Plans once (Alg. 2). `stamp` is the robot's clock in seconds and must not fall from one cycle to the next.

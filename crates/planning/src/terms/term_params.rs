@@ -19,8 +19,9 @@ crate::parameters! {
 }
 
 crate::parameters! {
-    /// Parameters of [`InformationToGoEvaluator`](crate::evaluation::information_to_go::InformationToGoEvaluator) and of
-    /// the field it looks up.
+    /// Parameters of
+    /// [`InformationToGoEvaluator`](crate::evaluation::information_to_go::InformationToGoEvaluator) and of the field it
+    /// looks up.
     #[derive(Copy)]
     pub struct InformationToGoTermParams {
         /// What counts as uncertain.

@@ -32,7 +32,7 @@ message! {
     {
         /// When, and in which frame.
         header: Header,
-        /// Everyone whom the detector sees.
+        /// All people that the detector sees.
         people: Vec<Person> [PEOPLE],
     }
 }

@@ -27,7 +27,7 @@ pub(super) struct Timed {
     pub(super) near: (Cell, i64),
     pub(super) end: Cell,
     pub(super) profile: usize,
-    /// Filled in once somebody asks.
+    /// Looked up on first use: most rollouts are never asked for it.
     pub(super) clearance: OnceCell<Clearance>,
 }
 
