@@ -175,9 +175,10 @@ def test_leaving_the_block_cancels_a_run_under_way(connected: curionav.Deploymen
 def test_a_robot_pauses_goes_on_and_takes_another_goal(connected: curionav.Deployment, scenario: Scenario) -> None:
     with connected.inject(scenario, clock="realtime", time_scale=4.0) as run:
         next(run.reports())
-        assert connected.pause().state == "paused"
-        assert connected.mission().state == "paused"
-        assert connected.resume().state == "running"
+        connected.pause()
+        assert connected.lease().paused and connected.mission().state == "paused"
+        connected.resume()
+        assert not connected.lease().paused and connected.mission().state == "running"
         mission = connected.goal(5.0, 4.0)
         assert (mission.order.goal_x, mission.order.goal_y) == (5.0, 4.0)
         result = run.wait(RUN_TIMEOUT)

@@ -94,6 +94,8 @@ checks! { decision: Decision {
 /// What the base is to do now, and what becomes of the newest decision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
+    /// The grant of the base under which the driver drives; a base obeys no other.
+    pub lease: u64,
     /// Of the newest decision that the driver has taken; 0 before the first.
     pub epoch: u64,
     /// Of the same decision.

@@ -15,7 +15,7 @@ fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
 }
 
 /// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`,
-/// `memory`, `particles`.
+/// `memory`, `particles`, `lease`, `pause`.
 pub fn robot(robot: &str, stream: &str) -> Result<String, KeyError> {
     key("robot", [robot, stream])
 }
@@ -28,6 +28,11 @@ pub fn mission_command(name: &str) -> Result<String, KeyError> {
 /// Where services tell the driver whether they are ready for a robot's mission.
 pub fn mission_ready(name: &str) -> Result<String, KeyError> {
     Ok(format!("{}/ready", robot(name, "mission")?))
+}
+
+/// Where the base of a robot takes the wishes of drivers to drive it.
+pub fn lease_request(name: &str) -> Result<String, KeyError> {
+    Ok(format!("{}/request", robot(name, "lease")?))
 }
 
 /// The same stream of every robot.

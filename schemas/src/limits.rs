@@ -57,11 +57,5 @@ pub const MAX_TRACE_COLUMNS: usize = 64;
 pub const MAX_ITEMS: usize = 65_536;
 /// Nesting of arrays, maps and tags. The deepest message nests 6; free-form parameters may add ten.
 pub const MAX_DEPTH: usize = 16;
-/// How far the epoch of a decision may be above that of the last one the driver has obeyed: a thousand arbiters
-/// that succeeded each other unheard. No arbiter has a greater one, and a driver that obeyed it would refuse every
-/// arbiter.
-pub const MAX_EPOCH_STEP: u64 = 1 << 30;
-/// Epoch of the first decision a driver may obey: the way up from there, in such steps, takes for ever.
-pub const MAX_FIRST_EPOCH: u64 = 1 << 62;
 /// Largest magnitude of a number with a meaning (metres, seconds, costs): products of a few stay finite.
 pub const MAX_MAGNITUDE: f64 = 1e12;

@@ -73,6 +73,8 @@ impl MissionOrder {
 /// A robot's mission and where it stands. The driver owns it and publishes every change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mission {
+    /// The grant of the base under which the driver drives; 0 if it has none.
+    pub lease: u64,
     /// Counts the missions begun on this robot; a changed goal keeps it. Ticks start at 0 with each.
     pub run: u64,
     /// Grows with every change of what is to be done; readiness is reported for one revision.
@@ -129,10 +131,6 @@ pub enum MissionCommand {
         #[serde(skip_serializing_if = "Option::is_none")]
         heading: Option<f64>,
     },
-    /// Halt.
-    Pause,
-    /// Go on.
-    Resume,
     /// Give up.
     Cancel,
     /// The run of this revision is over.
@@ -161,8 +159,6 @@ impl TryFrom<CommandFields> for MissionCommand {
             CommandKind::Goal => {
                 Self::Goal { x: x.ok_or("`goal` needs `x`")?, y: y.ok_or("`goal` needs `y`")?, heading }
             }
-            CommandKind::Pause => Self::Pause,
-            CommandKind::Resume => Self::Resume,
             CommandKind::Cancel => Self::Cancel,
             CommandKind::Finish => Self::Finish {
                 revision: revision.ok_or("`finish` needs `revision`")?,

@@ -158,6 +158,12 @@ pub enum CommandReason {
     MissionNotRunning,
     /// It stops: odometry has not come for several ticks.
     NoOdometry,
+    /// It stops: the robot is paused.
+    Paused,
+    /// It stops: the base has not let this driver drive, or does not any more.
+    NoLease,
+    /// It stops: the base's clock jumps, crawls or stands, so that no age can be told.
+    BaseClockWrong,
     /// It stops: no decision has come.
     NoDecision,
     /// It stops: the decision is no longer valid.

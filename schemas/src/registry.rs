@@ -4,8 +4,9 @@ use crate::limits::{KIB, MAX_MAP_CELLS, MIB};
 use crate::message::Message;
 use crate::{
     Belief, CandidateSet, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest,
-    InjectRequest, Memory, Mission, MissionCommand, OccupancyGrid, Odometry, Particles, People, Readiness,
-    Reject, RunResult, RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
+    InjectRequest, Lease, LeaseRequest, Memory, Mission, MissionCommand, OccupancyGrid, Odometry, Particles,
+    PauseReply, PauseRequest, People, Readiness, Reject, RunResult, RunStatus, Scan, Scene, Scores,
+    ServiceStatus, Tree, Twist,
 };
 
 /// What is known of a message without its type.
@@ -59,6 +60,10 @@ messages! {
     Mission "mission" 256 * KIB;
     MissionCommand "mission_command" 257 * KIB;
     Readiness "readiness" 8 * KIB;
+    Lease "lease" KIB;
+    LeaseRequest "lease_request" KIB;
+    PauseRequest "pause_request" KIB;
+    PauseReply "pause_reply" KIB;
     Decision "decision" 128 * KIB;
     Twist "twist" 2 * KIB;
     Scene "scene" 132 * KIB;

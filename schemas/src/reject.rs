@@ -97,8 +97,10 @@ pub enum Refusal {
     BeyondRobot { found: f64, least: f64, most: f64 },
     /// The base is a real one: the mission must be in real time.
     RealtimeOnly,
-    /// A decision's epoch lies too far above that of the last one obeyed.
-    EpochOutOfReach,
+    /// Another driver, of this instance, holds the robot's lease.
+    LeaseHeld { holder: String },
+    /// The base has not let this driver drive, or does not any more.
+    NoLease,
     /// The robot has no mission.
     NoMission,
     /// The driver has taken no decision yet.
@@ -146,6 +148,7 @@ impl Refusal {
             self,
             Self::Overloaded
                 | Self::Busy
+                | Self::NoLease
                 | Self::Stopped
                 | Self::Cold { .. }
                 | Self::NoMap { .. }

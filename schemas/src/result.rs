@@ -196,7 +196,7 @@ pub struct RunResult {
     pub cycles: Cycles,
     /// Simulated seconds per second of wall time.
     pub real_time_factor: f64,
-    /// SHA-256 over scene stamps and chosen trajectories, 64 lower-case hexadecimal digits.
+    /// SHA-256 over scene stamps, actions and chosen trajectories, 64 lower-case hexadecimal digits.
     pub decisions_sha256: String,
     /// What happened.
     pub trace: Trace,

@@ -13,7 +13,7 @@ use curionav_schemas::{Action, CycleReport, Decision, Evaluated, Twist};
 pub(crate) const WITHIN_HORIZON: &str = "1, no command follows a decision past its horizon";
 pub(crate) const SCORED: &str = "2, only what every term has scored is followed";
 pub(crate) const OWN_SCENE: &str = "3, scores count for their own scene only";
-pub(crate) const RISING: &str = "4, (epoch, seq) rises";
+pub(crate) const RISING: &str = "4, the numbers of an arbiter's decisions rise";
 pub(crate) const HEALED: &str = "5, all is well soon after nothing fails any more";
 pub(crate) const SAME_DECISIONS: &str = "6, replicas change no decision";
 pub(crate) const CONTROLLED: &str = "7, under control or soon standing";
@@ -135,7 +135,9 @@ impl Checker {
     pub(crate) fn commanded(&mut self, command: &Twist) -> Option<f64> {
         let id = (command.epoch, command.seq);
         let before = std::mem::replace(&mut self.obeyed, id);
-        self.violations.check(id >= before, RISING, || format!("{id:?} after {before:?}"));
+        // After the last number there is, which a stranger has given, those of the arbiter itself come again.
+        let rises = id.0 != before.0 || id.1 >= before.1 || before.1 == u64::MAX;
+        self.violations.check(rises, RISING, || format!("{id:?} after {before:?}"));
         if !command.reason.follows() {
             return None;
         }

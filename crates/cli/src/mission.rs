@@ -1,19 +1,27 @@
-//! `curionav goal`, `pause`, `resume` and `cancel`: a robot's driver is asked to change its mission.
+//! `curionav goal`, `cancel`, `pause`, `stop` and `resume`: a robot is sent elsewhere, or made to stand.
 
 use std::time::Duration;
 
 use anyhow::{Error, anyhow};
 use clap::{Args, Subcommand};
+use curionav_runtime::command::{command_to_holder, pause};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
-use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::query::AskError;
 use curionav_runtime::session;
-use curionav_schemas::{Mission, MissionCommand, keys};
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::keys::KeyError;
+use curionav_schemas::{Mission, MissionCommand, Odometry, keys};
 use curionav_security::table::Verb;
+use zenoh::Session;
 
 use crate::connect::{ConnectOptions, OPERATES};
 
 const TIMEOUT: Duration = Duration::from_secs(3);
+/// Any robot brakes within it.
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
+/// A robot that is slower than this stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum MissionRequest {
@@ -33,8 +41,10 @@ pub(crate) enum MissionRequest {
         #[command(flatten)]
         at: ConnectOptions,
     },
-    /// Stop a robot until `resume`.
+    /// Pause a robot until `resume`: in whatever state its mission is, and if it has none.
     Pause(RobotOptions),
+    /// Pause a robot, and wait until it stands.
+    Stop(RobotOptions),
     /// Let a paused robot go on.
     Resume(RobotOptions),
     /// End a robot's mission.
@@ -50,21 +60,32 @@ pub(crate) struct RobotOptions {
 }
 
 pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
-    let (RobotOptions { robot, at }, command) = match request {
+    match request {
         MissionRequest::Goal { robot, x, y, yaw: heading, at } => {
             if ![x, y, heading.unwrap_or_default()].into_iter().all(f64::is_finite) {
                 return Err(Exit::bad_input(anyhow!("x, y and yaw must be finite numbers")));
             }
-            (RobotOptions { robot, at }, MissionCommand::Goal { x, y, heading })
+            command(&RobotOptions { robot, at }, &MissionCommand::Goal { x, y, heading }).await
         }
-        MissionRequest::Pause(options) => (options, MissionCommand::Pause),
-        MissionRequest::Resume(options) => (options, MissionCommand::Resume),
-        MissionRequest::Cancel(options) => (options, MissionCommand::Cancel),
-    };
-    let key = keys::mission_command(&robot).map_err(|e| Exit::bad_input(Error::from(e).context("robot")))?;
-    at.require(&OPERATES, Verb::Ask, &key)?;
-    let session = at.session(&OPERATES).await?;
-    let answer: Result<Mission, AskError> = ask(&session, &key, &command, TIMEOUT, Urgency::Normal).await;
+        MissionRequest::Cancel(options) => command(&options, &MissionCommand::Cancel).await,
+        MissionRequest::Pause(options) => halt(&options, Halt::Pause).await,
+        MissionRequest::Stop(options) => halt(&options, Halt::Stop).await,
+        MissionRequest::Resume(options) => halt(&options, Halt::Resume).await,
+    }
+}
+
+/// A session that may ask `key` of the robot.
+async fn session_for(options: &RobotOptions, key: Result<String, KeyError>) -> Result<Session, Exit> {
+    let key = key.map_err(|e| Exit::bad_input(Error::from(e).context("robot")))?;
+    options.at.require(&OPERATES, Verb::Ask, &key)?;
+    options.at.session(&OPERATES).await
+}
+
+/// Gives a command to the driver that drives the robot.
+async fn command(options: &RobotOptions, command: &MissionCommand) -> Result<u8, Exit> {
+    let robot = &options.robot;
+    let session = session_for(options, keys::mission_command(robot)).await?;
+    let answer = command_to_holder(&session, robot, command, TIMEOUT).await;
     session::close(&session);
     let mission = answer.map_err(|error| match error {
         AskError::Rejected(reject) => Exit::failed(Error::from(reject).context(robot.clone())),
@@ -72,6 +93,67 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     })?;
     print(format_args!("{robot}: mission {}", standing(&mission)))?;
     Ok(SUCCESS)
+}
+
+/// What becomes of a robot without a command of its mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Halt {
+    Pause,
+    Stop,
+    Resume,
+}
+
+async fn halt(options: &RobotOptions, halt: Halt) -> Result<u8, Exit> {
+    let robot = &options.robot;
+    let session = session_for(options, keys::robot(robot, "pause")).await?;
+    let outcome = halted(&session, robot, halt).await;
+    session::close(&session);
+    print(format_args!("{robot}: {}", outcome?))?;
+    Ok(SUCCESS)
+}
+
+/// Pauses a robot or lets it go on; says what it does then.
+async fn halted(session: &Session, robot: &str, halt: Halt) -> Result<String, Exit> {
+    // Before it brakes: so that nothing that it says is missed.
+    let odometry = keys::robot(robot, "odom").map(|key| Inbox::<Odometry>::new(session, &key));
+    let odometry = odometry.map_err(Exit::bad_input)?.map_err(Exit::network)?;
+    let paused = halt != Halt::Resume;
+    let reached = pause(session, robot, paused, TIMEOUT).await.map_err(|error| {
+        let error = Error::from(error);
+        Exit::network(error.context(format!("neither a base nor a driver of robot `{robot}` answered")))
+    })?;
+    if !reached.is_complete() {
+        let missing = if reached.base.is_some() {
+            "the base has obeyed, but the driver that holds its lease does not answer"
+        } else {
+            "drivers have obeyed, but no base of the robot answers"
+        };
+        return Err(Exit::network(anyhow!("robot `{robot}`: {missing}")));
+    }
+    let driver =
+        reached.driver.map_or("no driver".to_owned(), |driver| format!("driver `{}`", driver.instance));
+    match halt {
+        Halt::Resume => Ok(format!("goes on, {driver}")),
+        Halt::Pause => Ok(format!("paused, {driver}")),
+        Halt::Stop => stands(&odometry).await.map(|()| format!("paused and stands, {driver}")),
+    }
+}
+
+/// Waits until odometry says that the robot stands; a robot without odometry is not taken to.
+async fn stands(odometry: &Inbox<Odometry>) -> Result<(), Exit> {
+    let slow = async {
+        while let Some(said) = odometry.next().await {
+            if said.v.abs() < STANDING && said.omega.abs() < STANDING {
+                return;
+            }
+        }
+    };
+    tokio::time::timeout(STOP_TIMEOUT, slow).await.map_err(|_| {
+        Exit::failed(anyhow!(
+            "paused, but within {} s no odometry says that the robot stands",
+            STOP_TIMEOUT.as_secs()
+        ))
+    })
 }
 
 pub(crate) fn standing(mission: &Mission) -> String {

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use clap::Args;
 use curionav_picture::{Run, run_svg};
+use curionav_runtime::command::command_to_holder;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::print::print;
-use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
-use curionav_schemas::{Clock, Mission, MissionCommand, keys};
+use curionav_schemas::{Clock, MissionCommand, keys};
 use curionav_security::table::Verb;
 use zenoh::Session;
 
@@ -191,23 +191,20 @@ pub(crate) async fn follow_or_cancel(
     package: &Package,
     keep_reports: bool,
 ) -> Result<Finished, Exit> {
-    let mission_key = keys::mission_command(&config.robot).map_err(Exit::bad_input)?;
     let mut signals = on_signals().map_err(Exit::network)?;
     tokio::select! {
         finished = follow(session, config, package, keep_reports) => finished,
         () = signals.requested() => {
-            cancel(session, &mission_key).await;
+            cancel(session, &config.robot).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
         }
     }
 }
 
 /// Cancels the mission; an injection that is still being checked has none yet, so it is tried again.
-async fn cancel(session: &Session, mission_key: &str) {
+async fn cancel(session: &Session, robot: &str) {
     for _ in 0..CANCEL_ATTEMPTS {
-        let cancelled: Result<Mission, _> =
-            ask(session, mission_key, &MissionCommand::Cancel, STATUS_TIMEOUT, Urgency::Normal).await;
-        match cancelled {
+        match command_to_holder(session, robot, &MissionCommand::Cancel, STATUS_TIMEOUT).await {
             Ok(_) => return,
             Err(error) => tracing::warn!(%error, "the mission could not be cancelled"),
         }

@@ -9,6 +9,8 @@ use strum::{IntoStaticStr, VariantArray};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Kind {
+    /// Plays the scenario. As the base it grants the lease that a driver asks for when it starts.
+    Simulator,
     /// Owns the mission and drives.
     Driver,
     /// Believes where the robot is.
@@ -25,8 +27,6 @@ pub enum Kind {
     Cnc,
     /// Asks and decides.
     Arbiter,
-    /// Plays the scenario.
-    Simulator,
     /// Joins a robot of ROS 2.
     #[strum(serialize = "ros2-gateway")]
     Ros2Gateway,

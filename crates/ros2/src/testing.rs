@@ -11,7 +11,7 @@ use crate::messages::{
     CancelGoalRequest, CancelGoalResponse, Clock, DiagnosticArray, GetResultRequest, GetResultResponse,
     GetResultResponseHumble, GoalStatusArray, LaserScan, MarkerArray, NavigationFeedback,
     NavigationFeedbackLyrical, OccupancyGrid, Odometry, Path, People, PoseStamped, PoseWithCovarianceStamped,
-    SendGoalRequest, SendGoalResponse, TfMessage, Twist, TwistStamped,
+    SendGoalRequest, SendGoalResponse, TfMessage, TriggerRequest, TriggerResponse, Twist, TwistStamped,
 };
 
 /// Where random values come from: the same numbers on every machine.
@@ -149,6 +149,8 @@ pub const TYPES: &[Type] = &[
     entry::<GetResultRequest>(GetResultRequest::NAME),
     entry::<GetResultResponse>(GetResultResponse::NAME),
     entry::<GetResultResponseHumble>("nav2_msgs/action/NavigateToPose_GetResult_Response:humble"),
+    entry::<TriggerRequest>(TriggerRequest::NAME),
+    entry::<TriggerResponse>(TriggerResponse::NAME),
     entry::<NavigationFeedback>(NavigationFeedback::NAME),
     entry::<NavigationFeedbackLyrical>("nav2_msgs/action/NavigateToPose_FeedbackMessage:lyrical"),
 ];

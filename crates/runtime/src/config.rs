@@ -60,6 +60,10 @@ pub struct ServiceConfig {
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
     /// (driver).
     pub simulated_base: bool,
+    /// Whether a driver that already drives the robot is asked to go first (driver). Not part of a file: a driver that
+    /// is started again by itself must not take the robot from another.
+    #[serde(skip)]
+    pub take_over: bool,
     /// How a robot of ROS 2 is met: the gateway reads it (ros2-gateway).
     pub ros2: Option<toml::Table>,
     /// The directory of the file that this was read from; files that it names lie beside it. Not part of the file.
@@ -88,6 +92,7 @@ impl Default for ServiceConfig {
             takes_turns: false,
             limits: None,
             simulated_base: false,
+            take_over: false,
             ros2: None,
             directory: None,
             metrics: None,
@@ -134,6 +139,24 @@ impl ServiceConfig {
         }
         if let Some(limits) = &self.limits {
             limits.check().map_err(|fault| anyhow!("{}", fault.below("limits")))?;
+        }
+        Ok(())
+    }
+
+    /// Whether the time of the robot is that of a simulation, which may pass at any speed: `ros2.use_sim_time`.
+    pub fn has_simulated_time(&self) -> bool {
+        let said = self.ros2.as_ref().and_then(|ros2| ros2.get("use_sim_time"));
+        self.simulated_base || said.and_then(toml::Value::as_bool) == Some(true)
+    }
+
+    /// Refuses the default name for a robot with a real base: two of them on one network would be taken for each other.
+    pub fn check_real_name(&self) -> anyhow::Result<()> {
+        if self.robot == Self::default().robot {
+            bail!(
+                "robot: is `{}`, the name of simulated robots; give this one a name of its own with `robot = \"r1\"` or \
+                 --robot r1",
+                self.robot
+            );
         }
         Ok(())
     }

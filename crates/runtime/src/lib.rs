@@ -2,6 +2,7 @@
 //! derived from them, telemetry, and the conversion between wire and domain types.
 
 pub mod byte_ring;
+pub mod command;
 pub mod config;
 pub mod convert;
 pub mod cores;
@@ -14,6 +15,9 @@ pub mod fields;
 pub mod heartbeat;
 mod incoming;
 pub mod latency;
+pub mod lease;
+#[cfg(test)]
+mod lease_tests;
 pub mod locked;
 pub mod lockstep;
 pub mod map_store;

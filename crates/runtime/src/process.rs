@@ -17,6 +17,7 @@ use crate::exit::Exit;
 use crate::fields::Fields;
 use crate::heartbeat::beat;
 use crate::metrics_endpoint;
+use crate::robot_limits::Base;
 use crate::secure;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, on_end};
@@ -63,6 +64,9 @@ pub struct ServiceOptions {
     /// The base is simulated: it can do whatever a scenario says, and needs no limits of its own (driver).
     #[arg(long)]
     pub simulated_base: bool,
+    /// Ask the driver that already drives the robot to stop it and to go first (driver).
+    #[arg(long)]
+    pub take_over: bool,
     /// Address for metrics in Prometheus's format, e.g. 0.0.0.0:9100; port 0 takes a free one. Default: none.
     #[arg(long, value_name = "ADDR:PORT")]
     pub metrics: Option<SocketAddr>,
@@ -91,6 +95,7 @@ impl ServiceOptions {
         config.namespace = self.namespace.clone().or(config.namespace);
         config.metrics = self.metrics.or(config.metrics);
         config.simulated_base |= self.simulated_base;
+        config.take_over = self.take_over;
         config.directory = self.config.as_deref().and_then(Path::parent).map(Path::to_owned);
         let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
         config.check().context(file)?;
@@ -175,8 +180,8 @@ pub type Service = fn(Start<'_>) -> Running<'_>;
 /// Bad input if arguments or configuration are wrong, the network if there is no session or the service fails.
 pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), Exit> {
     let config = options.configuration(role).map_err(Exit::bad_input)?;
-    if role == "driver" {
-        config.base().map_err(Exit::bad_input)?;
+    if role == "driver" && matches!(config.base().map_err(Exit::bad_input)?, Base::Real(_)) {
+        config.check_real_name().map_err(Exit::bad_input)?;
     }
     // A wrong address is said before any router is looked for.
     if let Some(address) = config.metrics {

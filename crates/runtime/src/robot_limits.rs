@@ -42,8 +42,9 @@ fn default_scan_age_max() -> f64 {
     Ages::DEFAULT.scan
 }
 
+/// An arbiter that hangs is noticed within it; it decides ten times per second.
 fn default_decision_age_max() -> f64 {
-    Ages::DEFAULT.decision
+    0.6
 }
 
 /// How old what a command is made from may be, seconds of the robot's clock.

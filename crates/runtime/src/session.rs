@@ -42,6 +42,8 @@ fn list(endpoints: &[String]) -> String {
     format!("[{}]", quoted.join(","))
 }
 
+/// For how long the other side waits for a sign of life, on a network of ROS 2.
+const ELSEWHERE_LEASE_MS: u32 = 60_000;
 /// Between two attempts to reach a router for the first time.
 const RETRY: Duration = Duration::from_millis(200);
 
@@ -119,12 +121,13 @@ pub async fn embedded() -> Result<Session, SessionError> {
 /// A client of the first router that answers, found again by itself after a loss. `service` must have been checked.
 pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(PathBuf::from);
-    client_by(service, service.zenoh_config.clone().or(from_environment)).await
+    client_by(service, service.zenoh_config.clone().or(from_environment), None).await
 }
 
-/// The same, of a network that is not curionav's: what the environment says of that does not count here.
+/// The same, of a network that is not curionav's: what the environment says of that does not count here. Its nodes wait
+/// for each other as `rmw_zenoh_cpp` does, 60 s: a link that stalls for a few seconds ends no question that is open.
 pub async fn client_elsewhere(service: &ServiceConfig) -> Result<Session, SessionError> {
-    client_by(service, service.zenoh_config.clone()).await
+    client_by(service, service.zenoh_config.clone(), Some(ELSEWHERE_LEASE_MS)).await
 }
 
 /// A session opened by `open`, tried again for as long as there is no router, which `missing` is told each time.
@@ -140,8 +143,15 @@ pub async fn awaited<F: Future<Output = Result<Session, SessionError>>>(
     }
 }
 
-async fn client_by(service: &ServiceConfig, file: Option<PathBuf>) -> Result<Session, SessionError> {
+async fn client_by(
+    service: &ServiceConfig,
+    file: Option<PathBuf>,
+    lease_ms: Option<u32>,
+) -> Result<Session, SessionError> {
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
+    if let Some(lease_ms) = lease_ms.filter(|_| file.is_none()) {
+        set(&mut config, &[("transport/link/tx/lease", &lease_ms.to_string())])?;
+    }
     if let Some(folder) = &service.secure {
         secure::client(&mut config, folder, &service.certificates)?;
     }

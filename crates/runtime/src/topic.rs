@@ -143,8 +143,12 @@ pub struct Inbox<M> {
     _subscriber: Subscriber<()>,
     waiting: Arc<ByteRing<Vec<u8>>>,
     refusing: Refusing,
-    message: PhantomData<fn() -> M>,
+    /// Which messages are read; the others are passed over.
+    accept: Option<Accept<M>>,
 }
+
+/// Whether a message is read.
+type Accept<M> = Box<dyn Fn(&M) -> bool + Send + Sync>;
 
 impl<M: Message> Inbox<M> {
     /// Subscribes to `key`.
@@ -169,11 +173,19 @@ impl<M: Message> Inbox<M> {
             })
             .wait()
             .map_err(TopicError::on(key))?;
-        Ok(Self { _subscriber: subscriber, waiting, refusing, message: PhantomData })
+        Ok(Self { _subscriber: subscriber, waiting, refusing, accept: None })
+    }
+
+    /// The same, but of the messages that come only those are read that `accept` takes.
+    #[must_use]
+    pub fn only(mut self, accept: impl Fn(&M) -> bool + Send + Sync + 'static) -> Self {
+        self.accept = Some(Box::new(accept));
+        self
     }
 
     fn decode(&self, bytes: &[u8]) -> Option<M> {
-        M::decode(bytes, None).inspect_err(|reject| self.refusing.refuse(reject)).ok()
+        let message = M::decode(bytes, None).inspect_err(|reject| self.refusing.refuse(reject)).ok()?;
+        self.accept.as_ref().is_none_or(|accept| accept(&message)).then_some(message)
     }
 
     /// The next message in order; `None` once the session is closed. Cancel-safe.

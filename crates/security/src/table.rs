@@ -51,6 +51,9 @@ const STREAMS: &[&str] = &[
     "robot/*/memory",
 ];
 
+/// What the base of a robot answers: which driver it obeys, wishes to drive, and pauses.
+const OF_BASES: &[&str] = &["robot/{robot}/lease", "robot/{robot}/lease/request", "robot/{robot}/pause"];
+
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
 
@@ -74,12 +77,14 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/decision",
                 ],
             ),
+            may(Verb::Ask, &["robot/{robot}/lease/request"]),
             may(
                 Verb::Serve,
                 &[
                     "robot/{robot}/mission",
                     "robot/{robot}/mission/command",
                     "robot/{robot}/mission/ready",
+                    "robot/{robot}/pause",
                     "robot/{robot}/decision",
                 ],
             ),
@@ -151,6 +156,7 @@ pub const TABLE: &[Row] = &[
         &[
             may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
             may(Verb::Subscribe, &["robot/{robot}/cmd"]),
+            may(Verb::Serve, OF_BASES),
             may(Verb::Serve, &["map/*"]),
         ],
     ),
@@ -170,7 +176,11 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/report",
                 ],
             ),
-            may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/command"]),
+            may(
+                Verb::Ask,
+                &["robot/{robot}/mission", "robot/{robot}/mission/command", "robot/{robot}/pause"],
+            ),
+            may(Verb::Serve, OF_BASES),
             may(Verb::Serve, &["map/*"]),
         ],
     ),
@@ -213,6 +223,7 @@ pub const TABLE: &[Row] = &[
                 ],
             ),
             may(Verb::Ask, &["robot/{robot}/mission/command"]),
+            may(Verb::Serve, OF_BASES),
             may(
                 Verb::Serve,
                 &["world/{world}/scenario", "world/{world}/check", "world/{world}/run", "map/*"],
@@ -238,7 +249,7 @@ pub const TABLE: &[Row] = &[
         &[
             may(Verb::Subscribe, STREAMS),
             may(Verb::Subscribe, &["world/*/run"]),
-            may(Verb::Ask, &["robot/*/mission", "world/*/run", "map/*", "status/*/*"]),
+            may(Verb::Ask, &["robot/*/mission", "robot/*/lease", "world/*/run", "map/*", "status/*/*"]),
             ROUTERS,
             may(Verb::Watch, &["live/*/*"]),
         ],
@@ -252,7 +263,15 @@ pub const TABLE: &[Row] = &[
             may(Verb::Subscribe, &["world/*/run"]),
             may(
                 Verb::Ask,
-                &["robot/*/mission", "robot/*/mission/command", "world/*/run", "status/*/*", "echo/*"],
+                &[
+                    "robot/*/mission",
+                    "robot/*/mission/command",
+                    "robot/*/lease",
+                    "robot/*/pause",
+                    "world/*/run",
+                    "status/*/*",
+                    "echo/*",
+                ],
             ),
             may(Verb::Ask, POOLS),
             ROUTERS,
@@ -273,6 +292,8 @@ pub const TABLE: &[Row] = &[
                 &[
                     "robot/*/mission",
                     "robot/*/mission/command",
+                    "robot/*/lease",
+                    "robot/*/pause",
                     "world/*/scenario",
                     "world/*/check",
                     "world/*/run",

@@ -12,6 +12,7 @@ Units are SI and radians, poses are in the map frame. The messages are in `curio
 
 from __future__ import annotations
 
+from .base import BaseLease
 from .crowd import Crowd, CrowdStep
 from .deployment import Deployment, Service, connect
 from .errors import (
@@ -46,6 +47,7 @@ from .serving import EvaluatorServer
 from .words import say, say_all
 
 __all__ = [
+    "BaseLease",
     "CandidateSet",
     "Clock",
     "ConnectionFailed",

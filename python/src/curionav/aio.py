@@ -25,7 +25,7 @@ from .crowd import CrowdFunction
 from .errors import CurionavError
 from .evaluation import Evaluator
 from .explain import Explanation
-from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
+from .messages import Clock, CycleReport, Decision, Lease, Mission, OccupancyGrid, RunStatus
 from .profiles import Planner
 from .result import Result
 from .run import _POLL_PERIOD, Run
@@ -136,13 +136,17 @@ class AsyncDeployment:
         """What a robot is to do."""
         return await asyncio.to_thread(self._blocking.mission, robot)
 
-    async def pause(self, robot: str = "robot") -> Mission:
-        """Halts a robot."""
-        return await asyncio.to_thread(self._blocking.pause, robot)
+    async def pause(self, robot: str = "robot") -> None:
+        """Makes a robot stand until `resume`."""
+        await asyncio.to_thread(self._blocking.pause, robot)
 
-    async def resume(self, robot: str = "robot") -> Mission:
+    async def resume(self, robot: str = "robot") -> None:
         """Lets it go on."""
-        return await asyncio.to_thread(self._blocking.resume, robot)
+        await asyncio.to_thread(self._blocking.resume, robot)
+
+    async def lease(self, robot: str = "robot") -> Lease:
+        """Which driver its base obeys, and whether it is paused."""
+        return await asyncio.to_thread(self._blocking.lease, robot)
 
     async def cancel(self, robot: str = "robot") -> Mission:
         """Ends its mission."""

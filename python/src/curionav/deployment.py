@@ -12,6 +12,7 @@ import zenoh
 
 from . import keys
 from .closable import Closable
+from .commands import command, lease_of, pause
 from .crowd import Crowd, CrowdFunction
 from .errors import ConnectionFailed, CurionavError, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
@@ -20,12 +21,11 @@ from .messages import (
     ChangeGoal,
     Clock,
     InjectRequest,
+    Lease,
     Message,
     Mission,
     MissionCommand,
     OccupancyGrid,
-    Pause,
-    Resume,
     RunStatus,
     ServiceStatus,
 )
@@ -224,13 +224,21 @@ class Deployment(Closable):
         """
         return self._ask(keys.robot(robot, "mission"), Mission)
 
-    def pause(self, robot: str = "robot") -> Mission:
-        """Halts a robot until `resume`; gives the mission as it is then."""
-        return self._wish(robot, Pause())
+    def pause(self, robot: str = "robot") -> None:
+        """Makes a robot stand until `resume`, in whatever state its mission is, and if it has none.
 
-    def resume(self, robot: str = "robot") -> Mission:
+        Raises:
+            NoAnswer: Its base has not obeyed, or the driver that holds its lease.
+        """
+        pause(self._open(), robot, True, _TIMEOUT)
+
+    def resume(self, robot: str = "robot") -> None:
         """Lets a paused robot go on."""
-        return self._wish(robot, Resume())
+        pause(self._open(), robot, False, _TIMEOUT)
+
+    def lease(self, robot: str = "robot") -> Lease:
+        """Which driver the base of a robot obeys, and whether it is paused."""
+        return lease_of(self._open(), robot, _TIMEOUT)
 
     def cancel(self, robot: str = "robot") -> Mission:
         """Ends a robot's mission; a run of it ends without a result."""
@@ -265,7 +273,7 @@ class Deployment(Closable):
         return self._session
 
     def _wish(self, robot: str, request: MissionCommand) -> Mission:
-        return self._ask(keys.mission_command(robot), Mission, request)
+        return command(self._open(), robot, request, _TIMEOUT)
 
     def _ask(self, key: str, answer: type[A], question: Message | None = None, timeout: float = _TIMEOUT) -> A:
         return ask(self._open(), key, answer, question, timeout)

@@ -29,7 +29,7 @@ def robot(name: str, stream: str) -> str:
     """Stream of a robot.
 
     ``scan``, ``odom``, ``people``, ``belief``, ``particles``, ``mission``, ``decision``, ``cmd``, ``report``,
-    ``memory``.
+    ``memory``, ``lease``, ``pause``.
     """
     return f"{ROOT}/robot/{_chunk(name)}/{_chunk(stream)}"
 

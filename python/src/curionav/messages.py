@@ -181,9 +181,7 @@ class Decision(methods.Decision, Message):
     NAME: ClassVar[str] = "decision"
     MAX_BYTES: ClassVar[int] = 128 << 10
     epoch: Uint
-    """arbiter's incarnation; the driver refuses a lower one than it has seen, and one more than 2^30 above it
-    (the first: above 2^62)
-    """
+    """arbiter's incarnation; the driver takes those of one arbiter until that one has been silent for 0.6 s"""
     seq: Uint
     """cycle within the epoch"""
     tick: Uint
@@ -229,9 +227,10 @@ Rejection = Annotated[dict[str, Any], coded({
 
 
 CommandReason = Literal[
-    "tracking", "too_close", "arrived", "told_to_stop", "mission_not_running", "no_odometry", "no_decision",
-    "decision_expired", "decision_of_another_run", "decision_invalid", "decision_belief_unknown", "no_belief",
-    "belief_too_old", "belief_of_another_run", "no_scan", "scan_too_old", "scan_of_another_run",
+    "tracking", "too_close", "arrived", "told_to_stop", "mission_not_running", "no_odometry", "paused", "no_lease",
+    "base_clock_wrong", "no_decision", "decision_expired", "decision_of_another_run", "decision_invalid",
+    "decision_belief_unknown", "no_belief", "belief_too_old", "belief_of_another_run", "no_scan", "scan_too_old",
+    "scan_of_another_run",
 ]
 """What the driver does.
 
@@ -245,6 +244,8 @@ class Twist(Message):
 
     NAME: ClassVar[str] = "twist"
     MAX_BYTES: ClassVar[int] = 2 << 10
+    lease: Uint
+    """grant of the base under which the driver drives; the base obeys no other"""
     epoch: Uint
     """of the newest decision that the driver has taken; 0 before the first"""
     seq: Uint
@@ -565,7 +566,7 @@ Refusal = Annotated[dict[str, Any], coded({
     "not_ascending": {}, "wrong_frame": {}, "not_a_map": {}, "unsafe_path": {"found": str}, "not_a_hash": {},
     "unexpected_payload": {}, "wrong_robot": {}, "unreachable_goal": {"x": Number, "y": Number}, "wrong_map": {},
     "invalid": {"detail": str}, "beyond_robot": {"found": Number, "least": Number, "most": Number},
-    "realtime_only": {}, "epoch_out_of_reach": {}, "no_mission": {}, "no_decision": {},
+    "realtime_only": {}, "lease_held": {"holder": Name}, "no_lease": {}, "no_mission": {}, "no_decision": {},
     "wrong_state": {"found": MissionState, "needed": MissionState}, "already_finished": {},
     "stale_revision": {"found": Uint, "current": Uint}, "pose_lost": {}, "busy": {}, "overloaded": {}, "stopped": {},
     "cold": {"detail": str}, "no_map": {"detail": str}, "no_replica": {"term": Name, "may_come": bool, "detail": str},
@@ -647,6 +648,8 @@ class Mission(Message):
 
     NAME: ClassVar[str] = "mission"
     MAX_BYTES: ClassVar[int] = 256 << 10
+    lease: Uint
+    """grant of the base under which the driver drives; 0: it has none"""
     run: Uint
     """counts the missions begun on this robot; a changed goal keeps it"""
     revision: Uint
@@ -664,7 +667,8 @@ class Mission(Message):
 class MissionCommand(Message):
     """A wish about a robot's mission, on mission/command, from clients.
 
-    The reply is the mission as it is then.
+    It reaches every driver of the robot. The reply is the mission as it is then; that of the driver that holds the
+    lease counts.
     """
 
     NAME: ClassVar[str] = "mission_command"
@@ -702,20 +706,6 @@ class Finish(MissionCommand):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Pause(MissionCommand):
-    """Halt."""
-
-    kind: Literal["pause"] = "pause"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Resume(MissionCommand):
-    """Go on."""
-
-    kind: Literal["resume"] = "resume"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class SetMission(MissionCommand):
     """Begin a mission with this order."""
 
@@ -738,6 +728,71 @@ class Readiness(Message):
     """that it has prepared for"""
     refused: Reject | None = None
     """why it can never be ready for this revision; absent: it is ready"""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Lease(Message):
+    """Who may drive a robot.
+
+    Its base grants this to one driver at a time, and obeys the commands of that one alone.
+    """
+
+    NAME: ClassVar[str] = "lease"
+    MAX_BYTES: ClassVar[int] = 1 << 10
+    lease: Uint
+    """number of the grant, which the holder's commands carry; 0: no driver holds it"""
+    holder: Name | None = None
+    """instance of the driver that holds it"""
+    wanted_by: Name | None = None
+    """instance of a driver that has asked the holder to go"""
+    paused: bool
+    """the base lets no motion through until it is resumed"""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LeaseRequest(Message):
+    """A driver's wish, on lease/request, to its base.
+
+    The reply is the lease as it is then; it is refused while another driver holds it. A holder repeats its wish; one
+    that has not done so for 1 s may lose the lease.
+    """
+
+    NAME: ClassVar[str] = "lease_request"
+    MAX_BYTES: ClassVar[int] = 1 << 10
+    driver: Name
+    """instance of the driver"""
+    lease: Uint
+    """the grant that it has; 0: none"""
+    wish: Literal["hold", "take_over", "release"]
+    """take_over: the holder is asked to go first"""
+    paused: bool
+    """the driver is paused; a base that was restarted learns it from here"""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PauseRequest(Message):
+    """A pause or its end, on pause, from clients.
+
+    It reaches the base and every driver of the robot.
+    """
+
+    NAME: ClassVar[str] = "pause_request"
+    MAX_BYTES: ClassVar[int] = 1 << 10
+    paused: bool
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PauseReply(Message):
+    """The reply to it, once it is obeyed."""
+
+    NAME: ClassVar[str] = "pause_reply"
+    MAX_BYTES: ClassVar[int] = 1 << 10
+    role: Name
+    """driver, or that of the base"""
+    instance: Name
+    lease: Uint
+    """of a driver: the grant that it has; of a base: the grant that it obeys; 0: none"""
+    paused: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -1153,9 +1208,9 @@ class RunStatus(Message):
 
 
 _MESSAGES: list[type[Message]] = [
-    Scan, Odometry, People, Belief, Particles, Mission, MissionCommand, Readiness, Decision, Twist, Scene,
-    CandidateSet, Tree, CycleReport, Memory, GenerateRequest, GenerateReply, EvaluateRequest, Scores, OccupancyGrid,
-    InjectRequest, RunStatus, RunResult, ServiceStatus, Reject,
+    Scan, Odometry, People, Belief, Particles, Mission, MissionCommand, Readiness, Lease, LeaseRequest, PauseRequest,
+    PauseReply, Decision, Twist, Scene, CandidateSet, Tree, CycleReport, Memory, GenerateRequest, GenerateReply,
+    EvaluateRequest, Scores, OccupancyGrid, InjectRequest, RunStatus, RunResult, ServiceStatus, Reject,
 ]
 
 MESSAGES: dict[str, type[Message]] = {message.NAME: message for message in _MESSAGES}
@@ -1166,9 +1221,9 @@ __all__ = [
     "MESSAGES", "NO_PARENT", "Belief", "Cancel", "CandidateSet", "CandidateShard", "CborFault", "ChangeGoal", "Clock",
     "CommandReason", "Contact", "Crowd", "CycleReport", "Cycles", "Decision", "Degradation", "Disc", "EvaluateRequest",
     "Evaluated", "Finish", "Footprint", "GenerateReply", "GenerateRequest", "Health", "InjectRequest", "LaserModel",
-    "Measures", "Memory", "Message", "Mission", "MissionCommand", "MissionEnd", "MissionOrder", "MissionState",
-    "OccupancyGrid", "Odometry", "OdometryNoise", "Particles", "Pause", "People", "PeopleTrace", "Place", "Polygon",
-    "Pose", "Prepared", "Previous", "PreviousState", "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection",
-    "Resume", "RobotModel", "RunResult", "RunStatus", "Scan", "Scene", "Scores", "ServiceStatus", "SetMission",
-    "TermReport", "TermTime", "Timings", "Trace", "Tree", "Twist",
+    "Lease", "LeaseRequest", "Measures", "Memory", "Message", "Mission", "MissionCommand", "MissionEnd",
+    "MissionOrder", "MissionState", "OccupancyGrid", "Odometry", "OdometryNoise", "Particles", "PauseReply",
+    "PauseRequest", "People", "PeopleTrace", "Place", "Polygon", "Pose", "Prepared", "Previous", "PreviousState",
+    "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection", "RobotModel", "RunResult", "RunStatus", "Scan",
+    "Scene", "Scores", "ServiceStatus", "SetMission", "TermReport", "TermTime", "Timings", "Trace", "Tree", "Twist",
 ]

@@ -13,6 +13,7 @@ from typing import TypeVar
 import zenoh
 
 from . import keys
+from .commands import command
 from .crowd import CrowdFunction, CrowdThread
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
 from .explain import Explanation
@@ -22,7 +23,6 @@ from .messages import (
     Decision,
     InjectRequest,
     Message,
-    Mission,
     RunStatus,
 )
 from .result import Result
@@ -77,7 +77,7 @@ class Run:
         self._session = session
         close_at_exit(self, session)
         self._run_key = keys.world(world, "run")
-        self._command_key = keys.mission_command(robot)
+        self._robot = robot
         decision_key = keys.robot(robot, "decision")
         self._news = News()
         self._statuses = Mailbox(self._news, MAILBOX_BYTES)
@@ -264,7 +264,7 @@ class Run:
                 raise NoAnswer(f"the run did not end within {timeout:g} s of being cancelled")
             # Again and again: the mission of a run that has just been injected may not be there yet.
             with contextlib.suppress(NoAnswer, Rejected):
-                ask(self._session, self._command_key, Mission, Cancel(), min(left, _ASK_TIMEOUT))
+                command(self._session, self._robot, Cancel(), min(left, _ASK_TIMEOUT))
             self._news.wait(seen, min(left, _CANCEL_PERIOD))
 
     def close(self) -> None:

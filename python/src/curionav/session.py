@@ -291,12 +291,22 @@ def answer_queries(session: zenoh.Session, key: str, answer: Callable[[zenoh.Que
     return session.declare_queryable(key, handler, complete=True)
 
 
-_REPLIES_MAX = 4
+_REPLIES_MAX = 16
 """Replies to one question that wait to be read."""
 
 
-def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | None, timeout: float) -> M:
+def ask(
+    session: zenoh.Session,
+    key: str,
+    answer: type[M],
+    question: Message | None,
+    timeout: float,
+    *,
+    accept: Callable[[M], bool] | None = None,
+) -> M:
     """Asks ``key`` and waits for the first usable answer.
+
+    With ``accept`` every service at the key is asked, and the first answer counts that it takes.
 
     Raises:
         NoAnswer: No service answers at the key within ``timeout`` s.
@@ -309,7 +319,7 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
 
     def reply(received: zenoh.Reply) -> None:
         with changed:
-            # The first usable one counts: of more than these, none will be.
+            # They are read as they come: of more than these that wait, none will be usable.
             if len(replies) < _REPLIES_MAX:
                 replies.append(received)
                 changed.notify()
@@ -324,6 +334,7 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
     session.get(
         key,
         handler,
+        target=zenoh.QueryTarget.BEST_MATCHING if accept is None else zenoh.QueryTarget.ALL,
         consolidation=zenoh.ConsolidationMode.NONE,
         congestion_control=zenoh.CongestionControl.BLOCK,
         timeout=timeout,
@@ -344,9 +355,12 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
                 raise failure
             received = replies.popleft()
         try:
-            return _answer(received, key, answer, timeout)
+            read = _answer(received, key, answer, timeout)
         except (DecodeError, NoAnswer, Rejected) as error:
             failure = error
+            continue
+        if accept is None or accept(read):
+            return read
 
 
 def _answer(reply: zenoh.Reply, key: str, answer: type[M], timeout: float) -> M:

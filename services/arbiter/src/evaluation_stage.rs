@@ -8,8 +8,8 @@ use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
-use crate::epoch::DecisionId;
 use crate::in_process::InProcess;
+use crate::memory::DecisionId;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Shard};

@@ -4,7 +4,6 @@
 
 pub mod cycle;
 mod cycle_counts;
-pub mod epoch;
 mod evaluation_stage;
 mod generation_stage;
 mod in_process;

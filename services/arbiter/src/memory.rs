@@ -5,7 +5,8 @@ use curionav_planning::planner::Carried;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, CommandReason, Reject};
 
-use crate::epoch::{DecisionId, Epoch};
+/// (epoch, seq) of a decision: which arbiter made it, and its number among those of that arbiter.
+pub type DecisionId = (u64, u64);
 
 /// A command older than this says nothing of now, seconds of the robot's clock.
 const BRAKING_AGE_MAX: f64 = 0.5;
@@ -13,7 +14,8 @@ const BRAKING_AGE_MAX: f64 = 0.5;
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
-    epoch: Epoch,
+    /// Which arbiter this is: unlike any other of the robot.
+    epoch: u64,
     /// Rises with every cycle.
     pub seq: u64,
     /// Tick of the last cycle that planned.
@@ -24,9 +26,9 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
-    pub fn new(nonce: u64) -> Self {
-        Self { epoch: Epoch::new(nonce), ..Self::default() }
+    /// The memory of an arbiter that has just started. `epoch` must differ from that of any other arbiter of the robot.
+    pub fn new(epoch: u64) -> Self {
+        Self { epoch, ..Self::default() }
     }
 
     /// The memory that was carried into a recorded cycle: what is planned next is that cycle. Trees are only what
@@ -35,7 +37,7 @@ impl Memory {
         let previous = memory.previous.map(convert::previous).transpose()?;
         let trees = memory.trees.into_iter().map(convert::tree);
         Ok(Self {
-            epoch: Epoch::resume(memory.epoch),
+            epoch: memory.epoch,
             seq: memory.seq,
             planned: None,
             driven: memory.driven,
@@ -60,7 +62,7 @@ impl Memory {
         let trees = trees.iter().cloned().map(Option::unwrap_or_default);
         wire::Memory {
             robot: mission.order.robot.clone(),
-            epoch: self.epoch.number(),
+            epoch: self.epoch,
             seq: self.seq + 1,
             run: mission.run,
             revision: mission.revision,
@@ -79,17 +81,11 @@ impl Memory {
 
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
     pub fn fresh(&self) -> Self {
-        Self { epoch: self.epoch.fresh(), seq: self.seq, ..Self::default() }
+        Self { epoch: self.epoch, seq: self.seq, ..Self::default() }
     }
 
-    /// Outranks the arbiter whose decision the driver has followed last, if any.
-    pub fn succeed(&mut self, followed: Option<DecisionId>) {
-        self.epoch.succeed(followed, self.seq);
-    }
-
-    /// Takes note of a command of the driver: of which decision, and when.
+    /// Takes note of a command of the driver.
     pub fn observe_command(&mut self, command: &wire::Twist) {
-        self.epoch.observe_command((command.epoch, command.seq), command.stamp, self.seq);
         self.driven = Some(command.clone());
     }
 
@@ -103,7 +99,7 @@ impl Memory {
 
     /// (epoch, seq) of the newest decision.
     pub fn id(&self) -> DecisionId {
-        (self.epoch.number(), self.seq)
+        (self.epoch, self.seq)
     }
 
     /// Planning ticks of `period` ticks each between the last cycle and that of `tick`, which had no cycle.

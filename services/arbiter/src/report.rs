@@ -15,7 +15,7 @@ use curionav_schemas::{
 
 use curionav_pool::context::PlanContext;
 
-use crate::epoch::DecisionId;
+use crate::memory::DecisionId;
 
 /// The decision as it goes to the driver.
 pub(crate) fn decision(

@@ -2,7 +2,7 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::ZenohPeers;
@@ -11,8 +11,7 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
-use curionav_runtime::query::{AskError, fetch};
-use curionav_runtime::robot_service::{RobotService, supersedes};
+use curionav_runtime::robot_service::{RobotService, first_run, supersedes};
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Refusal, Reject, Twist,
@@ -23,9 +22,6 @@ use crate::cycle;
 use crate::cycle_counts::CycleCounts;
 use crate::memory::Memory;
 use crate::readiness::await_pool;
-
-/// The driver is on the same robot; if it does not answer, its commands say whose decisions it follows.
-const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
 struct Arbiter {
     service: RobotService,
@@ -77,8 +73,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             memories: service.on_demand("memory", Flow::Report)?,
             service,
             context: None,
-            // Random enough for the few arbiters there are.
-            memory: Memory::new(RandomState::new().build_hasher().finish()),
+            memory: Memory::new(epoch()),
             planned: None,
             heard: None,
             counts: CycleCounts::new(),
@@ -86,10 +81,17 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let mut metrics = arbiter.service.metrics();
         arbiter.counts.register(&mut metrics, &arbiter.pool);
         let announced = arbiter.service.announce(metrics)?;
-        arbiter.succeed().await?;
         on_ready(announced.metrics_address());
         follow(&mut arbiter, &missions, shutdown).await
     })
+}
+
+/// Which arbiter this is: later ones have greater numbers, and of two that start in the same millisecond the random part
+/// differs.
+fn epoch() -> u64 {
+    const RANDOM_BITS: u32 = 10;
+    let random = RandomState::new().build_hasher().finish();
+    (first_run() << RANDOM_BITS) | (random & ((1 << RANDOM_BITS) - 1))
 }
 
 impl MissionFollower for Arbiter {
@@ -105,7 +107,6 @@ impl MissionFollower for Arbiter {
         // Until it has ended it could still call a replica ready.
         self.keeping_ready.shutdown().await;
         self.pool.clear();
-        self.succeed().await.map_err(Refusal::failed)?;
         self.memory = self.memory.fresh();
         let fields = self.fields.clone();
         let mission = mission.clone();
@@ -189,18 +190,6 @@ impl MissionFollower for Arbiter {
 }
 
 impl Arbiter {
-    /// Outranks the arbiter whose decision the driver has followed last. If the driver does not answer, what is
-    /// decided here may be refused until its first command is heard.
-    async fn succeed(&mut self) -> anyhow::Result<()> {
-        let key = self.service.key("decision")?;
-        match fetch::<Decision>(self.service.session_of("decision"), &key, DRIVER_TIMEOUT).await {
-            Ok(last) => self.memory.succeed(Some((last.epoch, last.seq))),
-            Err(AskError::Rejected(Reject { why: Refusal::NoDecision, .. })) => self.memory.succeed(None),
-            Err(error) => tracing::debug!(%error, "the driver does not say whose decisions it follows"),
-        }
-        Ok(())
-    }
-
     /// Takes note of what the driver has done. In lockstep its command of the tick before is waited for, so that a
     /// cycle always starts from the same; of a run that it has not yet planned in it has missed commands.
     async fn observe_command(&mut self, tick: u64, clock: Clock) {

@@ -2,9 +2,11 @@
 //!
 //! The same driver moves a simulated and a real base: both take `cmd` and give `odom` and `scan`.
 
+pub mod base_clock;
 mod command_counts;
 pub mod control;
 pub mod decision_fence;
+mod lease;
 mod mission_keys;
 pub mod mission_state;
 pub mod proximity;

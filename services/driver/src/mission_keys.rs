@@ -1,17 +1,18 @@
-//! The keys of the mission: one tells it, two take changes, which are published.
+//! The keys of the mission: one tells it, two take changes, which are published; and the key of pauses.
 
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use anyhow::Context;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::robot_limits::Base;
 use curionav_runtime::robot_service::first_run;
 use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Mission, MissionCommand, Readiness, Refusal, Reject, keys};
+use curionav_schemas::{Mission, MissionCommand, PauseReply, PauseRequest, Readiness, Refusal, Reject, keys};
 use tokio::sync::watch;
 use zenoh::Session;
 
@@ -23,7 +24,7 @@ const MISSION_REPEATED: Duration = Duration::from_secs(1);
 const QUEUE: (usize, usize) = (1, 64);
 
 /// The queryables of the mission.
-pub(crate) type Serving = [Server; 3];
+pub(crate) type Serving = [Server; 4];
 
 /// The mission, and where every change of it is published.
 pub(crate) struct MissionKeys {
@@ -66,23 +67,57 @@ impl MissionKeys {
         let mission = {
             let mut current = locked(&self.current);
             let mission = changing(&mut current)?;
-            self.changed.send_replace(Some(Arc::new(mission.clone())));
+            self.announce(&current);
             mission
         };
-        // If it is full, the thread has yet to look, and will find this one.
-        let _ = self.publish.try_send(());
         Ok(mission)
     }
 
-    /// Serves the mission of `robot` on three keys: its state, commands to it, and reports of readiness for it. The
-    /// mission is also published from time to time, for services that were cut off when it changed.
+    /// Says how the mission stands from now on. The lock is held, so that no change overtakes another.
+    fn announce(&self, current: &CurrentMission) {
+        let Some(mission) = current.mission() else { return };
+        self.changed.send_replace(Some(Arc::new(mission.clone())));
+        // If it is full, the thread has yet to look, and will find this one.
+        let _ = self.publish.try_send(());
+    }
+
+    /// Under which grant of the base this driver drives, and whether it is paused.
+    pub(crate) fn standing(&self) -> (u64, bool) {
+        locked(&self.current).standing()
+    }
+
+    /// The base has granted a lease, under which it is paused or not, or has taken it back: 0.
+    pub(crate) fn set_lease(&self, lease: u64, paused: bool) {
+        let mut current = locked(&self.current);
+        current.set_lease(lease);
+        if paused {
+            current.pause(true);
+        }
+        self.announce(&current);
+    }
+
+    /// Begins a pause or ends it; answers with what this driver is then.
+    fn pause(&self, request: PauseRequest, instance: &str) -> PauseReply {
+        let mut current = locked(&self.current);
+        current.pause(request.paused);
+        self.announce(&current);
+        let (lease, paused) = current.standing();
+        tracing::info!(paused, "asked to pause or to go on");
+        PauseReply { role: "driver".into(), instance: instance.into(), lease, paused }
+    }
+
+    /// Serves the mission of the robot on three keys: its state, commands to it, and reports of readiness for it; and
+    /// pauses on a fourth, which no flood of commands holds up. The mission is also published from time to time, for
+    /// services that were cut off when it changed.
     pub(crate) fn serve(
         self: &Arc<Self>,
         session: &Session,
-        robot: &str,
+        config: &ServiceConfig,
         refused: &Tally,
     ) -> anyhow::Result<Serving> {
-        let [state, commanded, reported] = std::array::from_fn(|_| Arc::clone(self));
+        let [state, commanded, reported, halted] = std::array::from_fn(|_| Arc::clone(self));
+        let robot = &config.robot;
+        let instance = config.instance.clone();
         let command = keys::mission_command(robot)?;
         let ready = keys::mission_ready(robot)?;
         Ok([
@@ -94,6 +129,9 @@ impl MissionKeys {
             })?,
             serve(session, &ready, QUEUE, refused, move |readiness: Readiness, _| {
                 reported.change(|current| current.readiness(readiness))
+            })?,
+            serve(session, &keys::robot(robot, "pause")?, QUEUE, refused, move |request, _| {
+                Ok(halted.pause(request, &instance))
             })?,
         ])
     }

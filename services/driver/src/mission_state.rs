@@ -16,7 +16,9 @@ pub struct CurrentMission {
     mission: Option<Mission>,
     /// Number of the next run: unlike any run of a driver that was here before.
     next_run: u64,
-    /// Asked to pause and not to resume since: a new goal does not change that.
+    /// The grant of the base under which this driver drives; 0 without one.
+    lease: u64,
+    /// Asked to pause and not to resume since: nothing else changes that.
     paused: bool,
 }
 
@@ -24,7 +26,7 @@ impl CurrentMission {
     /// No mission yet, of a robot with this base. `first_run` must differ from every run number used before on this
     /// robot, for services that have outlived an earlier driver: milliseconds of the wall clock will do.
     pub fn new(base: Base, first_run: u64) -> Self {
-        Self { base, mission: None, next_run: first_run, paused: false }
+        Self { base, mission: None, next_run: first_run, lease: 0, paused: false }
     }
 
     /// The mission as it stands.
@@ -32,8 +34,35 @@ impl CurrentMission {
         self.mission.as_ref()
     }
 
-    /// Applies a command; answers with the mission as it then stands.
+    /// Under which grant of the base it drives, and whether it is paused.
+    pub fn standing(&self) -> (u64, bool) {
+        (self.lease, self.paused)
+    }
+
+    /// The base has granted a lease, or taken it back: 0.
+    pub fn set_lease(&mut self, lease: u64) {
+        self.lease = lease;
+        if let Some(mission) = &mut self.mission {
+            mission.lease = lease;
+        }
+    }
+
+    /// Begins a pause or ends it, in whatever state the mission is, and if there is none.
+    pub fn pause(&mut self, paused: bool) {
+        self.paused = paused;
+        let Some(mission) = &mut self.mission else { return };
+        mission.state = match (mission.state, paused) {
+            (MissionState::Running, true) => MissionState::Paused,
+            (MissionState::Paused, false) => MissionState::Running,
+            (state, _) => state,
+        };
+    }
+
+    /// Applies a command; answers with the mission as it then stands. Without a lease every command is refused.
     pub fn command(&mut self, command: MissionCommand) -> Result<Mission, Reject> {
+        if self.lease == 0 {
+            return Err(Refusal::NoLease.into());
+        }
         match command {
             MissionCommand::Set { order } => {
                 convert::check_order(&order)?;
@@ -49,14 +78,6 @@ impl CurrentMission {
                 mission.state = MissionState::Preparing;
                 mission.end = None;
                 mission.ready.clear();
-            }
-            MissionCommand::Pause => {
-                self.change(MissionState::Running, MissionState::Paused)?;
-                self.paused = true;
-            }
-            MissionCommand::Resume => {
-                self.change(MissionState::Paused, MissionState::Running)?;
-                self.paused = false;
             }
             MissionCommand::Cancel => {
                 let mission = self.current()?;
@@ -99,6 +120,7 @@ impl CurrentMission {
 
     fn set(&mut self, order: MissionOrder) {
         self.mission = Some(Mission {
+            lease: self.lease,
             run: self.next_run,
             revision: self.mission.as_ref().map_or(1, |m| m.revision + 1),
             order,
@@ -108,7 +130,6 @@ impl CurrentMission {
             end: None,
         });
         self.next_run += 1;
-        self.paused = false;
     }
 
     fn current(&mut self) -> Result<&mut Mission, Reject> {
@@ -121,15 +142,6 @@ impl CurrentMission {
             return Ok(mission);
         }
         Err(Refusal::StaleRevision { found: revision, current: mission.revision }.into())
-    }
-
-    fn change(&mut self, from: MissionState, to: MissionState) -> Result<(), Reject> {
-        let mission = self.current()?;
-        if mission.state != from && mission.state != to {
-            return Err(Refusal::WrongState { found: mission.state, needed: from }.into());
-        }
-        mission.state = to;
-        Ok(())
     }
 }
 
@@ -145,6 +157,7 @@ mod tests {
 
     fn current() -> CurrentMission {
         let mut current = CurrentMission::new(Base::Simulated, 7);
+        current.set_lease(17);
         let mut order = golden::mission().order;
         order.require = vec!["arbiter".into(), "localizer".into()];
         current.command(MissionCommand::Set { order: Box::new(order) }).unwrap();
@@ -173,26 +186,60 @@ mod tests {
         assert_eq!((mission.revision, mission.state, mission.ready.len()), (2, MissionState::Preparing, 0));
     }
 
-    #[test]
-    fn pausing_is_undone_by_resuming_and_by_nothing_else() {
-        let mut current = current();
-        assert!(current.command(MissionCommand::Pause).is_err());
-        current.readiness(ready("arbiter", 1)).unwrap();
-        current.readiness(ready("localizer", 1)).unwrap();
-        assert_eq!(current.command(MissionCommand::Pause).unwrap().state, MissionState::Paused);
-        assert_eq!(current.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Paused);
-        assert_eq!(current.command(MissionCommand::Resume).unwrap().state, MissionState::Running);
+    fn both_ready(current: &mut CurrentMission, revision: u64) -> MissionState {
+        current.readiness(ready("arbiter", revision)).unwrap();
+        current.readiness(ready("localizer", revision)).unwrap().state
     }
 
     #[test]
-    fn a_new_goal_leaves_a_paused_robot_paused() {
+    fn pausing_is_undone_by_resuming_and_by_nothing_else() {
+        // Whenever it is paused: before there is a mission, while it prepares, and while it runs.
+        for paused_at in 0..3 {
+            let mut current = CurrentMission::new(Base::Simulated, 7);
+            current.set_lease(17);
+            let pause_at = |now: usize, current: &mut CurrentMission| {
+                if now == paused_at {
+                    current.pause(true);
+                }
+            };
+            let mut order = golden::mission().order;
+            order.require = vec!["arbiter".into(), "localizer".into()];
+            let set = MissionCommand::Set { order: Box::new(order) };
+            pause_at(0, &mut current);
+            current.command(set.clone()).unwrap();
+            pause_at(1, &mut current);
+            both_ready(&mut current, 1);
+            pause_at(2, &mut current);
+            assert_eq!(current.mission().unwrap().state, MissionState::Paused, "paused at {paused_at}");
+            current.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
+            assert_eq!(both_ready(&mut current, 2), MissionState::Paused, "a new goal");
+            current.command(MissionCommand::Cancel).unwrap();
+            current.command(set).unwrap();
+            assert_eq!(both_ready(&mut current, 3), MissionState::Paused, "a new order");
+            current.set_lease(18);
+            assert_eq!(current.standing(), (18, true), "a new lease");
+            current.pause(false);
+            assert_eq!(current.mission().unwrap().state, MissionState::Running);
+        }
+    }
+
+    #[test]
+    fn what_is_over_or_prepares_is_not_begun_by_resuming() {
         let mut current = current();
-        current.readiness(ready("arbiter", 1)).unwrap();
-        current.readiness(ready("localizer", 1)).unwrap();
-        current.command(MissionCommand::Pause).unwrap();
-        current.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
-        current.readiness(ready("arbiter", 2)).unwrap();
-        assert_eq!(current.readiness(ready("localizer", 2)).unwrap().state, MissionState::Paused);
+        current.pause(false);
+        assert_eq!(current.mission().unwrap().state, MissionState::Preparing);
+        current.command(MissionCommand::Cancel).unwrap();
+        current.pause(true);
+        current.pause(false);
+        assert_eq!(current.mission().unwrap().state, MissionState::Cancelled);
+    }
+
+    #[test]
+    fn without_a_lease_no_command_is_taken() {
+        let mut current = current();
+        current.set_lease(0);
+        assert_eq!(current.command(MissionCommand::Cancel).unwrap_err().why, Refusal::NoLease);
+        assert_eq!(current.mission().unwrap().lease, 0);
     }
 
     #[test]
@@ -225,10 +272,5 @@ mod tests {
             let mission = current.readiness(Readiness { refused, ..ready("arbiter", 1) }).unwrap();
             assert_eq!(mission, cancelled);
         }
-    }
-
-    #[test]
-    fn without_a_mission_there_is_nothing_to_pause() {
-        assert!(CurrentMission::new(Base::Simulated, 1).command(MissionCommand::Pause).is_err());
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use anyhow::bail;
 use curionav_planning::geometry::Twist;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
@@ -14,17 +15,22 @@ use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionState, Odometry, Refusal, Scan,
+    self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionCommand, MissionEnd, MissionState,
+    Odometry, Refusal, Scan,
 };
 use tokio::sync::watch;
 
+use crate::base_clock::{BaseClock, is_motion};
 use crate::command_counts::CommandCounts;
 use crate::control::{Inputs, braking, command, on_arrival};
-use crate::decision_fence::{Admission, DecisionFence};
+use crate::decision_fence::DecisionFence;
+use crate::lease::{Keeper, Standing, release};
 use crate::mission_keys::MissionKeys;
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
+/// A robot that is slower than this stands, m/s and rad/s.
+const STANDING: f64 = 0.01;
 
 struct Driver {
     service: RobotService,
@@ -32,12 +38,14 @@ struct Driver {
     base: Base,
     missions: watch::Receiver<Option<Arc<Mission>>>,
     keys: Arc<MissionKeys>,
+    /// What it has of the lease under which it drives.
+    lease: watch::Receiver<Standing>,
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
     scans: Latest<Scan>,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
-    /// Shared with the queryable that tells an arbiter which epoch it has to exceed.
+    /// Shared with the queryable that tells which decision is followed.
     fence: watch::Sender<DecisionFence>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
@@ -47,6 +55,10 @@ struct Driver {
     reason: Option<(CommandReason, f64)>,
     /// Run and revision that it has reported ready for.
     begun: (u64, u64),
+    /// How the clock of a base goes whose time is not that of a simulation.
+    clock: Option<BaseClock>,
+    /// Whether that was as it should at the newest tick.
+    clock_is_right: bool,
     counts: CommandCounts,
 }
 
@@ -62,7 +74,12 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let (mission_sender, missions) = watch::channel(None);
         let refused = service.counts.refused.clone();
         let keys = Arc::new(MissionKeys::new(session, &config.robot, base.clone(), mission_sender)?);
-        let _serving = keys.serve(session, &config.robot, &refused)?;
+        let _serving = keys.serve(session, config, &refused)?;
+        let mut keeper = Keeper::new(service.session_of("cmd"), config, Arc::clone(&keys))?;
+        tokio::select! {
+            () = shutdown.requested() => return Ok(()),
+            begun = keeper.begin() => begun?,
+        }
         let (fence, last) = watch::channel(DecisionFence::default());
         let key = service.key("decision")?;
         let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
@@ -71,7 +88,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let driver = Driver {
             base,
             missions,
-            keys,
+            keys: Arc::clone(&keys),
+            lease: keeper.standing(),
             odometry: Latest::new(service.inbox("odom")?),
             beliefs: Latest::new(service.inbox("belief")?),
             scans: Latest::new(service.inbox("scan")?),
@@ -84,19 +102,34 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             told: None,
             reason: None,
             begun: (0, 0),
+            clock: (!config.has_simulated_time()).then(BaseClock::default),
+            clock_is_right: true,
             counts: CommandCounts::new(),
         };
+        let service_control = driver.service.session_of("cmd").clone();
         let mut metrics = driver.service.metrics();
         driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
         let announced = driver.service.announce(metrics)?;
         on_ready(announced.metrics_address());
-        driver.serve(shutdown).await
+        let control = service_control;
+        let outcome = tokio::select! {
+            served = driver.serve(shutdown) => served,
+            lost = keeper.keep() => Err(lost),
+        };
+        release(&control, config, &keys).await;
+        outcome
     })
 }
 
 impl Driver {
     async fn serve(mut self, mut shutdown: Shutdown) -> anyhow::Result<()> {
         loop {
+            let wanted_by = self.lease.borrow().wanted_by.clone();
+            if let Some(driver) = wanted_by.as_ref().filter(|_| self.stands()) {
+                self.stop_in_silence();
+                bail!("driver `{driver}` has asked to drive this robot: this one has stopped it and ends");
+            }
+            let asked_to_go = wanted_by_another(self.lease.clone(), wanted_by);
             let silence = self.silence();
             let begun = self.begun;
             let another = mission_that(self.missions.clone(), |m| (m.run, m.revision) != begun);
@@ -104,6 +137,7 @@ impl Driver {
                 biased;
                 () = shutdown.requested() => break,
                 () = another => self.begin(),
+                () = asked_to_go => {}
                 odometry = self.odometry.next() => {
                     let Some(odometry) = odometry.cloned() else { break };
                     // When the run is over or another has begun, no answer of its ticks is awaited.
@@ -125,6 +159,26 @@ impl Driver {
 
     fn mission(&self) -> Option<Arc<Mission>> {
         self.missions.borrow().clone()
+    }
+
+    /// Whether the robot stands, as far as this driver can tell.
+    fn stands(&self) -> bool {
+        let drives = self.mission().is_some_and(|mission| !is_over(&mission));
+        let last = self.odometry_of.last_key_value();
+        !drives
+            || last.is_none_or(|(_, odometry)| odometry.v.abs() < STANDING && odometry.omega.abs() < STANDING)
+    }
+
+    /// Why nothing may move the robot now, whatever is decided.
+    fn barred(&self, mission: &Mission) -> Option<CommandReason> {
+        let standing = self.lease.borrow();
+        let lease = self.keys.standing().0;
+        // In lockstep no time passes between a command and its tick.
+        let is_stale = mission.order.clock == Clock::Realtime && !standing.is_fresh();
+        if lease == 0 || standing.wanted_by.is_some() || is_stale {
+            return Some(CommandReason::NoLease);
+        }
+        not_running(mission.state).or((!self.clock_is_right).then_some(CommandReason::BaseClockWrong))
     }
 
     /// After how long without odometry the base is told to stop: five ticks in real time; in lockstep time
@@ -162,11 +216,15 @@ impl Driver {
         // In lockstep every planning tick has its decision; in between, the last one stands. In real time
         // each one counts: an arbiter that was replaced but lives on must not hide its successor's.
         if clock == Clock::Realtime {
-            self.decisions.drain().into_iter().for_each(|decision| self.admit(decision));
+            for decision in self.decisions.drain() {
+                self.admit(decision, odometry.stamp, clock);
+            }
         } else {
             let plan_tick = tick - tick % u64::from(mission.order.plan_every.max(1));
             let decision = self.decisions.of_tick(plan_tick, clock).await.cloned();
-            decision.into_iter().for_each(|decision| self.admit(decision));
+            if let Some(decision) = decision {
+                self.admit(decision, odometry.stamp, clock);
+            }
         }
         odometry
     }
@@ -188,9 +246,9 @@ impl Driver {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
-        if mission.state != MissionState::Running {
+        if let Some(reason) = self.barred(&mission) {
             let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &stopping, period);
-            self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
+            self.publish(&mission, &odometry, twist, reason);
             return;
         }
         let fence = self.fence.borrow();
@@ -245,9 +303,28 @@ impl Driver {
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
+        self.clock.iter_mut().for_each(BaseClock::clear);
         self.told = None;
         self.reason = None;
         self.fence.send_modify(DecisionFence::lapse);
+    }
+
+    /// Ends the mission if odometry has made a step that the base cannot: where the robot is is then not known.
+    fn check_motion(&self, odometry: &Odometry) {
+        let Some(mission) = self.mission().filter(|mission| !is_over(mission)) else { return };
+        let robot = convert::robot_model(&mission.order.robot_model);
+        let Some((_, before)) = self.odometry_of.range(..odometry.tick).next_back() else { return };
+        if is_motion(before, odometry, &robot) {
+            return;
+        }
+        tracing::error!(
+            tick = odometry.tick,
+            "odometry has made a step that the base cannot: the robot is lost"
+        );
+        let lost = MissionCommand::Finish { revision: mission.revision, end: MissionEnd::Lost };
+        if let Err(reject) = self.keys.change(|current| current.command(lost)) {
+            tracing::warn!(%reject, "the mission goes on");
+        }
     }
 
     /// Takes note of odometry. A base that was restarted in mid-run begins at tick 0 again, and so does its clock.
@@ -257,20 +334,19 @@ impl Driver {
             tracing::warn!(tick = odometry.tick, ?newest, "the base has started over");
             self.forget();
         }
+        if let Some(clock) = &mut self.clock {
+            let was_right = self.clock_is_right;
+            self.clock_is_right = clock.heard(odometry.stamp, Instant::now());
+            if was_right && !self.clock_is_right {
+                tracing::warn!(stamp = odometry.stamp, "the base's clock jumps, crawls or stands");
+            }
+        }
+        self.check_motion(odometry);
         remember(&mut self.odometry_of, odometry.tick, odometry.clone());
     }
 
-    fn admit(&mut self, decision: Decision) {
-        let id = (decision.epoch, decision.seq);
-        let mut admission = Admission::Older;
-        self.fence.send_if_modified(|fence| {
-            admission = fence.admit(decision);
-            admission == Admission::Admitted
-        });
-        if admission == Admission::OutOfReach {
-            tracing::warn!(?id, "a decision refused: no arbiter has such an epoch");
-            self.service.counts.refuse(&Refusal::EpochOutOfReach.at("epoch"));
-        }
+    fn admit(&mut self, decision: Decision, now: f64, clock: Clock) {
+        self.fence.send_if_modified(|fence| fence.admit(decision, now, clock));
     }
 
     fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: CommandReason) {
@@ -281,11 +357,28 @@ impl Driver {
         let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= stamp);
         let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, stamp)));
         let (epoch, seq) = self.fence.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
-        let command = wire::Twist { epoch, seq, tick, stamp, v: twist.v, omega: twist.omega, reason, since };
+        let (lease, _) = self.keys.standing();
+        let command =
+            wire::Twist { lease, epoch, seq, tick, stamp, v: twist.v, omega: twist.omega, reason, since };
         self.counts.command(reason);
         self.commands.publish(&command, mission.order.clock);
         self.told = Some((tick, twist));
     }
+}
+
+/// Why the mission lets nothing move, if it does not run.
+fn not_running(state: MissionState) -> Option<CommandReason> {
+    match state {
+        MissionState::Running => None,
+        MissionState::Paused => Some(CommandReason::Paused),
+        _ => Some(CommandReason::MissionNotRunning),
+    }
+}
+
+/// Completes once another driver than `known` waits for the lease, or none does any more.
+async fn wanted_by_another(mut lease: watch::Receiver<Standing>, known: Option<String>) {
+    // What keeps the lease lives for as long as this service does: waiting for it cannot fail.
+    let _ = lease.wait_for(|standing| standing.wanted_by != known).await;
 }
 
 /// Completes once the mission is such.

@@ -79,6 +79,10 @@ curionav_planning::parameters! {
         pub candidates: String [name, NAME] = "curionav/candidates".to_owned(),
         /// Where it sees people and crowds (`visualization_msgs/MarkerArray`), while something subscribes.
         pub crowd: String [name, NAME] = "curionav/crowd".to_owned(),
+        /// Service that pauses the robot (`std_srvs/srv/Trigger`).
+        pub stop: String [name, NAME] = "curionav/stop".to_owned(),
+        /// Service that lets a paused robot go on (`std_srvs/srv/Trigger`).
+        pub resume: String [name, NAME] = "curionav/resume".to_owned(),
         /// How it is (`diagnostic_msgs/DiagnosticArray`).
         pub diagnostics: String [name, NAME] = "/diagnostics".to_owned(),
         /// The time of a simulation (`rosgraph_msgs/Clock`), with `use_sim_time`.
@@ -117,7 +121,7 @@ curionav_planning::parameters! {
     /// What every mission has in common.
     pub struct MissionDefaults {
         /// A planner by the name of a built-in profile, or a profile's file (beside the configuration if relative).
-        pub profile: String [name, "name a profile, such as curiosity"] = "curiosity".to_owned(),
+        pub profile: String [name, "name a profile, such as curionav"] = "curionav".to_owned(),
         /// Distance at which the goal counts as reached.
         pub goal_tolerance: f64 [0.05, 5.0, "m", "localisation is not better, and farther away is elsewhere"] = 0.5,
         /// Where the robot is when the gateway starts: x, y in metres and heading in radians, in the frame of the map.
@@ -333,6 +337,8 @@ impl Topics {
             &self.plan,
             &self.candidates,
             &self.crowd,
+            &self.stop,
+            &self.resume,
             &self.diagnostics,
             &self.clock,
         ];

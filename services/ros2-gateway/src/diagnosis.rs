@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use curionav_ros2::messages::{DiagnosticStatus, KeyValue};
-use curionav_schemas::Mission;
+use curionav_schemas::{CommandReason, Mission, words};
 
-use crate::problem::Problem;
+use crate::problem::{Problem, ProblemKind};
 
 /// Weight of the newest of the times between messages in their mean.
 const WEIGHT: f64 = 0.1;
@@ -48,27 +48,41 @@ fn value(key: &str, value: impl ToString) -> KeyValue {
     KeyValue { key: key.to_owned(), value: value.to_string() }
 }
 
-/// The gateway's status: its problems, how the mission stands, and whether the robot is localised.
+/// The status of `robot`: its problems, how the mission stands, which driver drives, and whether the robot is localised.
 pub(crate) fn status(
+    robot: &str,
     problems: &[Problem],
     mission: Option<&Mission>,
+    driver: Option<&str>,
     is_localized: bool,
 ) -> Vec<DiagnosticStatus> {
     let sentences: Vec<String> = problems.iter().map(Problem::sentence).collect();
     let message = sentences.first().cloned().unwrap_or_else(|| "all well".into());
     let state = mission.map_or("none", |mission| mission.state.name());
-    let mut values = vec![value("mission", state), value("localized", is_localized)];
+    let mut values = vec![
+        value("mission", state),
+        value("driver", driver.unwrap_or("none")),
+        value("localized", is_localized),
+    ];
     values.extend(
         sentences.iter().enumerate().map(|(i, sentence)| value(&format!("problem {}", i + 1), sentence)),
     );
     values.truncate(curionav_ros2::limits::VALUES);
     vec![DiagnosticStatus {
         level: if problems.is_empty() { WELL } else { WARNING },
-        name: "curionav: gateway".into(),
+        name: format!("curionav: {robot}"),
         message,
-        hardware_id: String::new(),
+        hardware_id: robot.to_owned(),
         values,
     }]
+}
+
+/// Why the driver stops the robot, if it does so for want of something: a stop that is meant is no problem.
+pub(crate) fn stopped(reason: CommandReason) -> Option<Problem> {
+    use CommandReason::{Arrived, MissionNotRunning, Paused, ToldToStop};
+    let is_meant = matches!(reason, Arrived | MissionNotRunning | Paused | ToldToStop);
+    let stops = !reason.follows() && !is_meant;
+    stops.then(|| Problem::new(ProblemKind::Stopped, "driver", words::say("command_reason", &reason)))
 }
 
 #[cfg(test)]
@@ -76,7 +90,6 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::problem::ProblemKind;
 
     #[test]
     fn odometry_that_comes_too_rarely_is_said() {
@@ -89,12 +102,12 @@ mod tests {
     #[test]
     fn a_status_says_its_first_problem_and_lists_all() {
         let problem = |topic: &str| Problem::new(ProblemKind::SecondPublisher, topic, "/teleop");
-        let status = status(&[problem("/cmd_vel"), problem("/tf")], None, true);
+        let status = status("r1", &[problem("/cmd_vel"), problem("/tf")], None, Some("a"), true);
         assert_eq!(
             (status[0].level, status[0].message.as_str()),
             (WARNING, "/cmd_vel is also published by /teleop")
         );
-        assert_eq!(status[0].values.len(), 4);
-        assert_eq!(super::status(&[], None, false)[0].message, "all well");
+        assert_eq!(status[0].values.len(), 5);
+        assert_eq!(super::status("r1", &[], None, None, false)[0].message, "all well");
     }
 }

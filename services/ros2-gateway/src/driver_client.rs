@@ -1,9 +1,12 @@
 //! Commands to the driver, one after the other, beside everything else.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::command::command_driver;
+use curionav_runtime::lease::BaseLease;
+use curionav_runtime::query::AskError;
 use curionav_schemas::{Mission, MissionCommand, Refusal, Reject};
 use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
@@ -38,18 +41,22 @@ pub(crate) struct DriverClient {
 type Waiting = VecDeque<(u64, MissionCommand)>;
 
 impl DriverClient {
-    /// Begins to send commands to `key`; answers come out in their order.
-    pub(crate) fn start(session: &Session, key: String) -> (Self, mpsc::Receiver<Answer>) {
+    /// Begins to send commands to the driver of `robot` that holds `lease`; answers come out in their order.
+    pub(crate) fn start(
+        session: &Session,
+        robot: &str,
+        lease: Arc<BaseLease>,
+    ) -> (Self, mpsc::Receiver<Answer>) {
         let (waiting, mut more) = watch::channel(Waiting::new());
         let (answers, answered) = mpsc::channel(ANSWERS);
-        let session = session.clone();
+        let robots_driver = RobotsDriver { session: session.clone(), robot: robot.to_owned(), lease };
         let queue = waiting.clone();
         tokio::spawn(async move {
             while more.wait_for(|waiting| !waiting.is_empty()).await.is_ok() {
                 let mut next = None;
                 queue.send_modify(|waiting| next = waiting.pop_front());
                 let Some((number, command)) = next else { continue };
-                let outcome = told(&session, &key, &command).await;
+                let outcome = robots_driver.told(&command).await;
                 if answers.send(Answer { number, outcome }).await.is_err() {
                     return;
                 }
@@ -76,17 +83,33 @@ fn add(waiting: &mut Waiting, numbered: (u64, MissionCommand)) {
     waiting.push_back(numbered);
 }
 
-async fn told(session: &Session, key: &str, command: &MissionCommand) -> Result<Mission, Reject> {
-    let deadline = Instant::now() + PATIENCE;
-    loop {
-        match ask(session, key, command, TIMEOUT, Urgency::Normal).await {
-            Ok(mission) => return Ok(mission),
-            Err(AskError::Rejected(reject)) if !reject.why.is_transient() => return Err(reject),
-            Err(error) if Instant::now() > deadline => {
-                return Err(Refusal::failed(format!("the driver: {error}")).into());
+/// The driver of a robot.
+struct RobotsDriver {
+    session: Session,
+    robot: String,
+    lease: Arc<BaseLease>,
+}
+
+impl RobotsDriver {
+    async fn told(&self, command: &MissionCommand) -> Result<Mission, Reject> {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let lease = self.lease.number();
+            match command_driver(&self.session, &self.robot, command, lease, TIMEOUT).await {
+                Ok(mission) => return Ok(mission),
+                Err(AskError::Rejected(reject)) if !reject.why.is_transient() => return Err(reject),
+                Err(error) if Instant::now() > deadline => return Err(refusal(error)),
+                Err(_) => tokio::time::sleep(PAUSE).await,
             }
-            Err(_) => tokio::time::sleep(PAUSE).await,
         }
+    }
+}
+
+/// Why the driver did not do as it was told.
+fn refusal(error: AskError) -> Reject {
+    match error {
+        AskError::Rejected(reject) => reject,
+        error => Refusal::failed(format!("the driver: {error}")).into(),
     }
 }
 

@@ -7,6 +7,8 @@ use std::fmt::{Display, Formatter};
 pub(crate) enum FaultKind {
     /// Its bytes, its attachment or its numbers are no message.
     Malformed,
+    /// It has more bytes than a message of its type may have here.
+    TooLong,
     /// It is said in a frame that leads nowhere.
     UnknownFrame,
     /// It is a message, but nothing can be done with it.
@@ -22,6 +24,7 @@ impl FaultKind {
     pub(crate) fn code(self) -> &'static str {
         match self {
             Self::Malformed => "malformed",
+            Self::TooLong => "too_long",
             Self::UnknownFrame => "unknown_frame",
             Self::Unusable => "unusable",
             Self::Stale => "stale",

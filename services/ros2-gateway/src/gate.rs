@@ -10,6 +10,7 @@ use anyhow::Context;
 use curionav_planning::geometry::Twist;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
+use curionav_runtime::lease::{BaseLease, held_back};
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Counter;
 use curionav_runtime::robot_limits::{RobotLimits, clamped};
@@ -105,6 +106,8 @@ struct State {
 pub(crate) struct Gate {
     state: Arc<Mutex<State>>,
     limits: RobotLimits,
+    /// Whether the base is paused.
+    lease: Arc<BaseLease>,
     base: String,
     thread: Option<JoinHandle<()>>,
     /// Zeros that were sent because something was silent, or a mission had ended.
@@ -149,6 +152,7 @@ impl Gate {
         node: &Node,
         config: &Ros2Config,
         limits: &RobotLimits,
+        lease: Arc<BaseLease>,
         zeros: Counter,
     ) -> anyhow::Result<Self> {
         let topic = &config.topics.cmd_vel;
@@ -178,7 +182,7 @@ impl Gate {
             }
         });
         let thread = thread.context("the gate's thread")?;
-        Ok(Self { state, limits: limits.clone(), base, thread: Some(thread), zeros })
+        Ok(Self { state, limits: limits.clone(), lease, base, thread: Some(thread), zeros })
     }
 
     /// Something has been heard of the robot.
@@ -223,8 +227,9 @@ impl Gate {
         let mut state = locked(&self.state);
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
-            Sink { state: &state, base: &self.base }
-                .send(clamped(twist, self.limits.v_max, self.limits.omega_max), now);
+            let RobotLimits { v_max, omega_max, a_max, .. } = self.limits;
+            let twist = held_back(twist, self.lease.paused_for(), v_max, a_max);
+            Sink { state: &state, base: &self.base }.send(clamped(twist, v_max, omega_max), now);
         }
     }
 

@@ -6,11 +6,12 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
 use curionav_runtime::map_store::host;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::Server;
-use curionav_schemas::{self as wire, Action, Belief, Decision, MapId, MissionCommand};
+use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, MapId, MissionCommand};
 
 use crate::config::Ros2Config;
 use crate::diagnosis;
@@ -23,6 +24,7 @@ use crate::graph::{Graph, Used};
 use crate::journey::{Effect, Id, Journey, id};
 use crate::node::Request;
 use crate::order::{Orders, Start};
+use crate::pausing;
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
 use crate::robot_state::RobotState;
@@ -49,6 +51,8 @@ pub(crate) struct Parts {
     pub(crate) orders: Orders,
     /// Its place in curionav.
     pub(crate) service: RobotService,
+    /// Which driver the base obeys, and whether it is paused.
+    pub(crate) lease: Arc<BaseLease>,
     /// The other nodes of ROS.
     pub(crate) graph: Graph,
     /// What it uses there.
@@ -82,6 +86,8 @@ pub(crate) struct Gateway {
     destination: Option<Destination>,
     journey: Journey,
     results: Vec<(ros::Uuid, Request)>,
+    /// Why the driver has given its newest command.
+    reason: Option<CommandReason>,
     driver_heard: Instant,
     localize_after: Instant,
     beats: u32,
@@ -108,6 +114,7 @@ impl Gateway {
             destination: None,
             journey: Journey::default(),
             results: Vec::new(),
+            reason: None,
             driver_heard: now,
             localize_after: now,
             beats: 0,
@@ -165,17 +172,7 @@ impl Gateway {
 
     /// Where the robot is: a new run begins there, and goes on to the goal that is under way.
     pub(crate) fn initial_pose(&mut self, said: &ros::PoseWithCovarianceStamped) {
-        let start = self.in_map(&said.header).and_then(|()| {
-            const PLACES: [usize; 3] = [0, 1, 5];
-            let entries = PLACES.iter().flat_map(|i| PLACES.iter().map(|j| said.pose.covariance[*i][*j]));
-            let covariance: Vec<f64> = entries.collect();
-            let is_one =
-                covariance.iter().all(|c| c.is_finite()) && [0, 4, 8].iter().all(|i| covariance[*i] >= 0.0);
-            if !is_one {
-                return Err(Fault::malformed("its covariance is none"));
-            }
-            Ok(Start { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
-        });
+        let start = self.in_map(&said.header).and_then(|()| Start::said(said));
         let topic = self.parts.config.topics.initialpose.clone();
         let Some(start) = self.parts.robot_state.used(&topic, start) else { return };
         self.begins_at(Some(start));
@@ -414,8 +411,15 @@ impl Gateway {
     }
 
     /// The driver has said what to do.
-    pub(crate) fn commanded(&self, command: &wire::Twist) {
+    pub(crate) fn commanded(&mut self, command: &wire::Twist) {
+        self.reason = Some(command.reason);
         self.parts.gate.command(Twist { v: command.v, omega: command.omega });
+    }
+
+    /// The robot is to be paused, or to go on.
+    pub(crate) fn pause(&self, paused: bool, asked: Request) {
+        let robot = self.parts.orders.robot();
+        pausing::pause(&self.parts.service.session, robot, &self.parts.lease, paused, asked);
     }
 
     /// The arbiter has said what it has weighed.
@@ -425,8 +429,10 @@ impl Gateway {
 
     /// Some time has passed.
     pub(crate) fn beat(&mut self) {
-        if self.journey.is_engaged() && self.driver_heard.elapsed() > DRIVER_SILENCE {
-            tracing::warn!("the driver says nothing any more: its mission is lost");
+        let lease = self.journey.mission().map(|mission| mission.lease);
+        let is_replaced = lease.is_some_and(|lease| lease != self.parts.lease.number());
+        if self.journey.is_engaged() && (is_replaced || self.driver_heard.elapsed() > DRIVER_SILENCE) {
+            tracing::warn!(is_replaced, "the driver says nothing any more: its mission is lost");
             let effects = self.journey.forget_mission();
             self.act(effects);
         }
@@ -464,29 +470,23 @@ impl Gateway {
         let slow = robot_state.rate.fault(self.tick_s);
         let slow = slow.map(|why| Problem::new(ProblemKind::Rate, config.resolve(&config.topics.odom), why));
         problems.replace(&[ProblemKind::Rate], slow.into_iter().collect());
-        problems.replace(&[ProblemKind::Awaited], self.awaited());
-        let status = diagnosis::status(&problems.all(), self.journey.mission(), self.belief.is_some());
+        let knows_place = self.start.is_some() || self.belief.is_some();
+        problems.replace(&[ProblemKind::Awaited], robot_state.awaited(self.map.is_some(), knows_place));
+        let lease = self.parts.lease.state();
+        let paused = lease.paused.then(|| Problem::new(ProblemKind::Paused, "robot", "resume lets it go on"));
+        problems.replace(&[ProblemKind::Paused], paused.into_iter().collect());
+        let reason = self.reason.filter(|_| self.journey.is_engaged());
+        problems.replace(&[ProblemKind::Stopped], reason.and_then(diagnosis::stopped).into_iter().collect());
+        let driver = lease.holder.as_deref();
+        let status = diagnosis::status(
+            self.parts.orders.robot(),
+            &problems.all(),
+            self.journey.mission(),
+            driver,
+            self.belief.is_some(),
+        );
         drop(problems);
         publishers.diagnostics(status, gate.robot_time());
-    }
-
-    /// What has to come before a mission can begin.
-    fn awaited(&self) -> Vec<Problem> {
-        let Parts { config, robot_state, .. } = &self.parts;
-        let topics = &config.topics;
-        let missing = [
-            (&topics.odom, robot_state.clock.newest().is_none(), "no odometry that can be used has come"),
-            (&topics.scan, robot_state.laser.is_none(), "no scan that can be used has come"),
-            (&topics.map, self.map.is_none(), "no map that can be used has come"),
-        ];
-        let mut awaited: Vec<_> = missing.into_iter().filter(|(_, is_missing, _)| *is_missing).collect();
-        if awaited.is_empty() && self.start.is_none() && self.belief.is_none() {
-            awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
-        }
-        awaited
-            .into_iter()
-            .map(|(topic, _, why)| Problem::new(ProblemKind::Awaited, config.resolve(topic), why))
-            .collect()
     }
 
     /// The robot stands, and what was under way has failed; whether the driver has to be told.

@@ -17,6 +17,7 @@ mod graph;
 mod journey;
 mod node;
 mod order;
+mod pausing;
 mod people;
 pub mod problem;
 mod publishers;

@@ -1,7 +1,7 @@
 //! The gateway's node: what ROS sees of it, and how it speaks and listens there.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::anyhow;
@@ -12,6 +12,7 @@ use curionav_ros2::message::Message;
 use curionav_ros2::qos::Qos;
 use curionav_ros2::token::{Endpoint, EntityKind, Token};
 use curionav_runtime::byte_ring::ByteRing;
+use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use curionav_schemas::limits::MAX_TEXT;
 use zenoh::bytes::ZBytes;
@@ -28,6 +29,7 @@ use zenoh_ext::{
 
 use crate::config::Ros2Config;
 use crate::fault::FaultKind;
+use crate::problem::{Problem, ProblemKind, Problems};
 
 /// Messages of one topic that wait: of odometry at a hundred hertz as many as come in half a second. The oldest go.
 const WAITING: usize = 64;
@@ -47,6 +49,8 @@ pub(crate) struct Node {
     _token: Option<LivelinessToken>,
     /// What was refused, by topic and kind of fault.
     pub(crate) refused: Tally,
+    /// Where it is said that a message is too long.
+    problems: Arc<Mutex<Problems>>,
 }
 
 /// Nanoseconds since 1970 on this machine.
@@ -60,7 +64,12 @@ impl Node {
     ///
     /// # Errors
     /// If its token cannot be declared.
-    pub(crate) fn new(session: &Session, config: &Ros2Config, refused: Tally) -> anyhow::Result<Self> {
+    pub(crate) fn new(
+        session: &Session,
+        config: &Ros2Config,
+        refused: Tally,
+        problems: Arc<Mutex<Problems>>,
+    ) -> anyhow::Result<Self> {
         let mut node = Self {
             session: session.clone(),
             dialect: config.dialect().into(),
@@ -68,6 +77,7 @@ impl Node {
             entities: AtomicU64::new(1),
             _token: None,
             refused,
+            problems,
         };
         let own = node.token(0, EntityKind::Node, None);
         node._token = node.declare_token(&own)?;
@@ -169,11 +179,17 @@ impl Node {
         let dialect = Arc::clone(&self.dialect);
         let refused = self.refused.clone();
         let label = name.clone();
+        let problems = Arc::clone(&self.problems);
         // What this gateway itself says is not heard.
         let subscriber = self.session.declare_subscriber(key.clone()).allowed_origin(Locality::Remote);
         let subscriber = subscriber.callback(move |sample| {
             let payload = sample.payload();
-            if payload.len() > M::MAX_BYTES || !is_attached(&*dialect, sample.attachment()) {
+            if payload.len() > M::MAX_BYTES {
+                let detail = format!("it has {} bytes; the most is {}", payload.len(), M::MAX_BYTES);
+                locked(&problems).set(Problem::new(ProblemKind::NotUsed, label.as_str(), detail));
+                return refused.add(&[&label, FaultKind::TooLong.code()]);
+            }
+            if !is_attached(&*dialect, sample.attachment()) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
             // A copy, because the bytes received hold on to the whole batch that they came in.

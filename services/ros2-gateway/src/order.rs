@@ -3,11 +3,14 @@
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{Footprint, RobotModel};
 use curionav_planning::sensor::LaserModel;
+use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
 use curionav_runtime::robot_limits::RobotLimits;
 use curionav_schemas::{Clock, F64Array, MapId, MissionOrder, Reject, Value, keys};
 
 use crate::config::{PeopleSource, Ros2Config};
+use crate::fault::Fault;
+use crate::frames::planar;
 
 /// Roles that every mission needs.
 const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
@@ -24,6 +27,22 @@ pub(crate) struct Start {
 }
 
 impl Start {
+    /// What a message says of it.
+    ///
+    /// # Errors
+    /// If its pose is not planar, or its covariance is none.
+    pub(crate) fn said(said: &ros::PoseWithCovarianceStamped) -> Result<Self, Fault> {
+        const PLACES: [usize; 3] = [0, 1, 5];
+        let entries = PLACES.iter().flat_map(|i| PLACES.iter().map(|j| said.pose.covariance[*i][*j]));
+        let covariance: Vec<f64> = entries.collect();
+        let is_one =
+            covariance.iter().all(|c| c.is_finite()) && [0, 4, 8].iter().all(|i| covariance[*i] >= 0.0);
+        if !is_one {
+            return Err(Fault::malformed("its covariance is none"));
+        }
+        Ok(Self { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
+    }
+
     /// A pose that is known to within these standard deviations.
     pub(crate) fn within(pose: Pose2, sigma: [f64; 3]) -> Self {
         let mut covariance = vec![0.0; 9];
@@ -44,6 +63,11 @@ pub(crate) struct Orders {
 }
 
 impl Orders {
+    /// The robot's name.
+    pub(crate) fn robot(&self) -> &str {
+        &self.robot
+    }
+
     /// Of a robot with these limits.
     ///
     /// # Errors

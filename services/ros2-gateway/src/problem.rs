@@ -1,6 +1,7 @@
 //! What is wrong on the robot's side, for operators.
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 /// A kind of problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,11 +20,15 @@ pub enum ProblemKind {
     Refused,
     /// Nothing of it has come yet, and without it no mission can begin.
     Awaited,
+    /// The robot stands until it is resumed.
+    Paused,
+    /// The driver stops the robot, although a mission is under way.
+    Stopped,
 }
 
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::SecondPublisher,
         Self::OtherType,
         Self::NotUsed,
@@ -31,6 +36,8 @@ impl ProblemKind {
         Self::Rate,
         Self::Refused,
         Self::Awaited,
+        Self::Paused,
+        Self::Stopped,
     ];
 
     /// As a label of a metric has it.
@@ -43,6 +50,8 @@ impl ProblemKind {
             Self::Rate => "rate",
             Self::Refused => "refused",
             Self::Awaited => "awaited",
+            Self::Paused => "paused",
+            Self::Stopped => "stopped",
         }
     }
 
@@ -56,6 +65,8 @@ impl ProblemKind {
             Self::Rate => "does not come as often as limits.tick_s says:",
             Self::Refused => "is refused:",
             Self::Awaited => "is awaited:",
+            Self::Paused => "is paused:",
+            Self::Stopped => "stops the robot:",
         }
     }
 }
@@ -104,15 +115,19 @@ fn label(labels: &str, name: &str) -> Option<String> {
     Some(after.split_once('"')?.0.to_owned())
 }
 
-/// The problems that there are now: at most one of a kind and topic.
+/// What was not used, or was refused, is no problem any more after so long: what goes on is said again.
+const REMEMBERED: Duration = Duration::from_secs(10);
+
+/// The problems that there are now: at most one of a kind and topic, with what exactly is wrong and since when.
 #[derive(Debug, Clone, Default)]
-pub struct Problems(BTreeMap<(ProblemKind, String), String>);
+pub struct Problems(BTreeMap<(ProblemKind, String), (String, Instant)>);
 
 impl Problems {
     /// There is such a problem now; whether it is new.
     pub fn set(&mut self, problem: Problem) -> bool {
         let Problem { kind, topic, detail } = problem;
-        self.0.insert((kind, topic), detail.clone()).as_ref() != Some(&detail)
+        let before = self.0.insert((kind, topic), (detail.clone(), Instant::now()));
+        before.is_none_or(|(before, _)| before != detail)
     }
 
     /// There is no such problem any more.
@@ -130,12 +145,22 @@ impl Problems {
 
     /// All of them.
     pub fn all(&self) -> Vec<Problem> {
-        let problems = self.0.iter().map(|((kind, topic), detail)| Problem {
-            kind: *kind,
-            topic: topic.clone(),
-            detail: detail.clone(),
-        });
-        problems.collect()
+        self.all_at(Instant::now())
+    }
+
+    fn all_at(&self, now: Instant) -> Vec<Problem> {
+        let of_events = [ProblemKind::NotUsed, ProblemKind::Refused];
+        let lasts = |kind: &ProblemKind, since: &Instant| {
+            !of_events.contains(kind) || now.saturating_duration_since(*since) < REMEMBERED
+        };
+        let lasting = self.0.iter().filter(|((kind, _), (_, since))| lasts(kind, since));
+        lasting
+            .map(|((kind, topic), (detail, _))| Problem {
+                kind: *kind,
+                topic: topic.clone(),
+                detail: detail.clone(),
+            })
+            .collect()
     }
 }
 
@@ -171,6 +196,8 @@ mod tests {
         assert_eq!(problems.all(), [problem("b")]);
         problems.replace(&[ProblemKind::Silent], Vec::new());
         assert_eq!(problems.all().len(), 1);
+        let later = Instant::now() + REMEMBERED;
+        assert!(problems.all_at(later).is_empty(), "what was refused once is not said for ever");
         problems.clear(ProblemKind::NotUsed, "/scan");
         assert!(problems.all().is_empty());
     }

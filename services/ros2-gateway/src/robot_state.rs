@@ -220,4 +220,22 @@ impl RobotState {
             self.people.publish(&people, Clock::Realtime);
         }
     }
+
+    /// What has to come before a mission can begin, besides a map and what says where the robot is.
+    pub(crate) fn awaited(&self, has_map: bool, knows_place: bool) -> Vec<Problem> {
+        let topics = &self.config.topics;
+        let missing = [
+            (&topics.odom, self.clock.newest().is_none(), "no odometry that can be used has come"),
+            (&topics.scan, self.laser.is_none(), "no scan that can be used has come"),
+            (&topics.map, !has_map, "no map that can be used has come"),
+        ];
+        let mut awaited: Vec<_> = missing.into_iter().filter(|(_, is_missing, _)| *is_missing).collect();
+        if awaited.is_empty() && !knows_place {
+            awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
+        }
+        awaited
+            .into_iter()
+            .map(|(topic, _, why)| Problem::new(ProblemKind::Awaited, self.config.resolve(topic), why))
+            .collect()
+    }
 }

@@ -9,6 +9,7 @@ use anyhow::Context;
 use curionav_ros2::message::Message;
 use curionav_ros2::messages as ros;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Counter, Metrics, Tally};
 use curionav_runtime::process::{Running, Start};
@@ -58,6 +59,7 @@ impl Told {
 /// # Errors
 /// Names what is missing or wrong.
 pub fn check(config: &ServiceConfig) -> anyhow::Result<()> {
+    config.check_real_name()?;
     Told::read(config).map(drop)
 }
 
@@ -78,6 +80,13 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             problems: Arc::default(),
         };
         locked(&noted.problems).set(awaited(&ros2));
+        let (lease, _lease) = BaseLease::serve(
+            session,
+            &config.robot,
+            keys::ROS2_GATEWAY,
+            &config.instance,
+            &service.counts.refused,
+        )?;
         // Known, and asked what is missing, also while the robot is still booting.
         let announced = service.announce(metrics(&service, &noted))?;
         on_ready(announced.metrics_address());
@@ -85,10 +94,9 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             () = shutdown.requested() => return Ok(()),
             robots = robots_session(&ros2) => robots?,
         };
-        let node = Node::new(&robots, &ros2, noted.refused.clone())?;
-        let gate = Arc::new(Gate::new(&node, &ros2, &limits, noted.zeros.clone())?);
-        let (mut driver_client, answers) =
-            DriverClient::start(session, keys::mission_command(&config.robot)?);
+        let node = Node::new(&robots, &ros2, noted.refused.clone(), Arc::clone(&noted.problems))?;
+        let gate = Arc::new(Gate::new(&node, &ros2, &limits, Arc::clone(&lease), noted.zeros.clone())?);
+        let (mut driver_client, answers) = DriverClient::start(session, &config.robot, Arc::clone(&lease));
         // What a gateway before this one has begun, nothing watches any more.
         if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
             driver_client.send(MissionCommand::Cancel);
@@ -96,12 +104,22 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
         let graph = Graph::follow(&robots, domain, &noted.refused)?;
         let robot_state = RobotState::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), noted)?;
-        let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers)?;
+        let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers, &lease)?;
         let publishers = Publishers::new(&node, &ros2)?;
         let used = used(&ros2);
         let config = ros2;
-        let parts =
-            Parts { config, orders, service, graph, used, gate, publishers, driver_client, robot_state };
+        let parts = Parts {
+            config,
+            orders,
+            service,
+            lease,
+            graph,
+            used,
+            gate,
+            publishers,
+            driver_client,
+            robot_state,
+        };
         let mut gateway = Gateway::new(parts, limits.tick_s);
         let outcome = serve(&mut gateway, &mut subscriptions, shutdown).await;
         // The base first. The driver is told on a task of its own, which ends with this program.
@@ -214,6 +232,7 @@ async fn serve(
             Event::SendGoal(goal, asked) => gateway.send_goal(&goal, &asked),
             Event::CancelGoal(goal, asked) => gateway.cancel_goal(&goal, &asked),
             Event::GetResult(goal, asked) => gateway.get_result(&goal, asked),
+            Event::Pause(paused, asked) => gateway.pause(paused, asked),
             Event::Report(report) => gateway.reported(&report),
             Event::Beat => {
                 gateway.beat();

@@ -1,11 +1,13 @@
 //! The gateway's subscriptions and services, merged into one sequence of events.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::message::Message;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{Belief, CycleReport, Decision, Mission, Twist};
@@ -46,6 +48,8 @@ pub(crate) enum Event {
     CancelGoal(ros::CancelGoalRequest, Request),
     /// What has become of a goal?
     GetResult(ros::GetResultRequest, Request),
+    /// The robot is to be paused, or to go on.
+    Pause(bool, Request),
     /// The driver's mission has changed.
     Mission(Box<Mission>),
     /// Where the localizer believes the robot is.
@@ -78,6 +82,8 @@ pub(crate) struct Subscriptions {
     send_goal: Serving<ros::SendGoalRequest>,
     cancel_goal: Serving<ros::CancelGoalRequest>,
     get_result: Serving<ros::GetResultRequest>,
+    stop: Serving<ros::TriggerRequest>,
+    resume: Serving<ros::TriggerRequest>,
     missions: Inbox<Mission>,
     beliefs: Inbox<Belief>,
     decisions: Inbox<Decision>,
@@ -100,6 +106,7 @@ impl Subscriptions {
         service: &RobotService,
         config: &Ros2Config,
         answers: mpsc::Receiver<Answer>,
+        lease: &Arc<BaseLease>,
     ) -> anyhow::Result<Self> {
         let topics = &config.topics;
         let mut beat = interval(BEAT);
@@ -118,10 +125,12 @@ impl Subscriptions {
             send_goal: node.service(&topics.of_action("send_goal"))?,
             cancel_goal: node.service(&topics.of_action("cancel_goal"))?,
             get_result: node.service(&topics.of_action("get_result"))?,
+            stop: node.service(&topics.stop)?,
+            resume: node.service(&topics.resume)?,
             missions: service.inbox("mission")?,
             beliefs: service.inbox("belief")?,
             decisions: service.inbox("decision")?,
-            commands: service.inbox("cmd")?,
+            commands: lease.commands(service.inbox("cmd")?),
             reports: None,
             answers,
             reading: None,
@@ -183,6 +192,8 @@ impl Subscriptions {
                 said = self.send_goal.next() => heard(said, |(goal, asked)| Event::SendGoal(Box::new(goal), asked)),
                 said = self.cancel_goal.next() => heard(said, |(goal, asked)| Event::CancelGoal(goal, asked)),
                 said = self.get_result.next() => heard(said, |(goal, asked)| Event::GetResult(goal, asked)),
+                said = self.stop.next() => heard(said, |(_, asked)| Event::Pause(true, asked)),
+                said = self.resume.next() => heard(said, |(_, asked)| Event::Pause(false, asked)),
                 said = report => heard(said, |report| Event::Report(Box::new(report))),
                 // One map after the other, on a thread that may take its time.
                 payload = self.map.next_payload(), if !is_reading => {

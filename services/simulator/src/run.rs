@@ -9,10 +9,12 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_runtime::command::command_driver;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
-use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::query::AskError;
 use curionav_runtime::robot_service::is_over;
 use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
@@ -36,7 +38,9 @@ const COMMAND_AGE_MAX: f64 = 0.3;
 /// The streams of one robot.
 pub(crate) struct Streams {
     session: Session,
-    command_key: String,
+    robot: String,
+    /// Which driver the base obeys, and whether it is paused.
+    lease: Arc<BaseLease>,
     missions: Arc<Inbox<Mission>>,
     beliefs: Latest<Belief>,
     decisions: Latest<Decision>,
@@ -59,17 +63,23 @@ impl Streams {
     pub(crate) fn new(
         session: &Session,
         robot: &str,
+        lease: Arc<BaseLease>,
         crowd: LiveCrowd,
         counts: &Arc<ServeCounts>,
     ) -> anyhow::Result<Self> {
         let people = keys::robot(robot, "people")?;
         Ok(Self {
             session: session.clone(),
-            command_key: keys::mission_command(robot)?,
+            robot: robot.to_owned(),
             missions: Arc::new(Inbox::counted(session, &keys::robot(robot, "mission")?, counts)?),
             beliefs: Latest::new(Inbox::counted(session, &keys::robot(robot, "belief")?, counts)?),
             decisions: Latest::new(Inbox::counted(session, &keys::robot(robot, "decision")?, counts)?),
-            commands: Latest::new(Inbox::counted(session, &keys::robot(robot, "cmd")?, counts)?),
+            commands: Latest::new(lease.commands(Inbox::counted(
+                session,
+                &keys::robot(robot, "cmd")?,
+                counts,
+            )?)),
+            lease,
             scans: Topic::new(session, &keys::robot(robot, "scan")?, Flow::Sensor)?,
             odometry: Topic::new(session, &keys::robot(robot, "odom")?, Flow::Sensor)?,
             people: Topic::new(session, &people, Flow::Sensor)?,
@@ -112,7 +122,7 @@ impl Streams {
     }
 
     async fn request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
-        ask(&self.session, &self.command_key, request, DRIVER_TIMEOUT, Urgency::Normal).await
+        command_driver(&self.session, &self.robot, request, self.lease.number(), DRIVER_TIMEOUT).await
     }
 
     /// Gives the mission to the driver and waits until every required role is ready for it.
@@ -169,6 +179,7 @@ impl Streams {
         progress: Progress<'_>,
     ) -> Result<Outcome, MissionEnd> {
         let realtime = mission.order.clock == Clock::Realtime;
+        let lease = mission.lease;
         let period = Duration::from_secs_f64(mission.order.tick_s / mission.order.time_scale);
         let mut pace = tokio::time::interval(period);
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -179,6 +190,9 @@ impl Streams {
         loop {
             if realtime {
                 pace.tick().await;
+            }
+            if self.lease.number() != lease {
+                return Err(failed("the driver that had the mission drives the robot no more"));
             }
             if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last().or(said.take()) {
                 *mission = newest;
@@ -213,7 +227,8 @@ impl Streams {
             if truth.time >= world.scenario().clock.time_limit_s {
                 return Ok(Outcome::of_timeout(truth.pose, Pose2::new(belief.x, belief.y, belief.heading)));
             }
-            world.step(command);
+            // Whatever the driver says, a base that is paused brakes.
+            world.step(if self.lease.paused_for().is_some() { Twist::default() } else { command });
         }
     }
 

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use curionav_runtime::fields::Fields;
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::map_store::host;
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::{Running, Start};
@@ -55,7 +56,9 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             prepare(&request, &robot, &Fields::of_maps([])).map(|_| shown.borrow().clone())
         })?;
         let crowd = LiveCrowd::new(session, &config.world, &counts)?;
-        let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;
+        let (lease, _lease) =
+            BaseLease::serve(session, &config.robot, "simulator", &config.instance, &counts.refused)?;
+        let mut streams = Streams::new(session, &config.robot, lease, crowd, &counts)?;
         let metrics = Metrics::of_robot("simulator", config);
         let announced =
             announce_service(config, &[("data", session)], metrics, Arc::clone(&counts), Vec::new)?;

@@ -137,7 +137,9 @@ fn missions_are_paused_redirected_and_cancelled() {
     let deployment = Deployment::start(1);
     let endpoint = deployment.endpoint().to_owned();
     let say = |arguments: &[&str]| curionav(&[arguments, &["--connect", &endpoint]].concat());
-    assert_eq!(say(&["pause", "robot"]).status.code(), Some(1), "there is no mission yet");
+    assert_eq!(say(&["cancel", "robot"]).status.code(), Some(1), "there is no mission yet");
+    assert_eq!(say(&["pause", "robot"]).status.code(), Some(0), "a pause needs no mission");
+    assert_eq!(say(&["resume", "robot"]).status.code(), Some(0));
     let at = endpoint.clone();
     let running =
         std::thread::spawn(move || curionav(&["run", QUICK, "--json", "--connect", &at, "--speed", SLOW]));

@@ -6,6 +6,7 @@ mod bench;
 mod closed_output;
 mod deployment;
 mod doctor;
+mod drivers;
 mod localize;
 mod metrics;
 pub(crate) mod program;

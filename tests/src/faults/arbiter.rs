@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
-use std::time::Duration;
 
 use curionav_arbiter::cycle;
-use curionav_arbiter::epoch::DecisionId;
 use curionav_arbiter::memory::Memory;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
-use tokio::sync::oneshot;
 
-use super::fault::Fault;
 use super::invariants;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
 
@@ -48,11 +44,8 @@ async fn plan(
     context: &PlanContext,
     number: u64,
 ) {
-    // Smaller with each, so that none outranks the one before unless it has heard of it.
+    // Smaller with each: which number is greater does not matter.
     let mut memory = Memory::new(!number);
-    if let Some(last) = last_obeyed(world, Duration::from_millis(300)).await {
-        memory.succeed(last);
-    }
     let mut planned: Option<u64> = None;
     loop {
         seat.arrived.notified().await;
@@ -73,25 +66,5 @@ async fn plan(
         invariants::after_a_cycle(world, pool, number, &decision, report.as_ref());
         world.state().decided.push((decision.clone(), report));
         world.send(move |world| world.state().robot.receive(decision.clone()));
-    }
-}
-
-/// What the driver answers when it is asked whose decision it has obeyed last; nothing without an answer.
-async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<DecisionId>> {
-    let (sender, answer) = oneshot::channel();
-    let sender = std::sync::Mutex::new(Some(sender));
-    world.send(move |world| {
-        if world.has(|f| matches!(f, Fault::DriverCrash | Fault::NoDriver)) {
-            return;
-        }
-        let last = world.state().robot.obeyed().map(|d| (d.epoch, d.seq));
-        if let Some(sender) = sender.lock().unwrap().take() {
-            let _ = sender.send(last);
-        }
-    });
-    tokio::select! {
-        biased;
-        last = answer => last.ok(),
-        () = world.executor.sleep(timeout) => None,
     }
 }

@@ -14,35 +14,32 @@ fn episode(fault: Fault, from: f64, until: f64) -> Episode {
 }
 
 #[test]
-fn an_arbiter_that_starts_unheard_is_obeyed_soon_after_it_is_heard() {
+fn an_arbiter_that_starts_unheard_is_obeyed_once_the_one_before_is_silent() {
     for seed in 1000..1010 {
-        // The second succeeds the first; the third hears no driver when it starts, and decides below the second.
-        let healed = 7.0;
+        // The third hears no driver when it starts.
+        let began = 5.5;
         let world = play_world(
             seed,
             POOL,
             vec![
                 episode(Fault::ArbiterCrash, 2.0, 2.5),
-                episode(Fault::ArbiterCrash, 5.0, 5.5),
-                episode(Fault::NoDriver, 5.2, healed),
+                episode(Fault::ArbiterCrash, 5.0, began),
+                episode(Fault::NoDriver, 5.2, 7.0),
             ],
             true,
         );
         let state = world.state();
         let of_third = |epoch: u64| state.epochs.get(&epoch) == Some(&3);
-        let begun = state.decided.iter().map(|(d, _)| d).find(|d| of_third(d.epoch)).unwrap();
-        let before = state.robot.taken.iter().map(|(_, _, d)| d).rfind(|d| !of_third(d.epoch)).unwrap();
-        assert!(begun.epoch < before.epoch, "seed {seed}: it has heard which epoch to exceed");
         let obeyed = state.robot.taken.iter().find(|(_, _, d)| of_third(d.epoch));
-        let at = obeyed.map(|(now, ..)| *now).unwrap_or(f64::INFINITY);
-        assert!(at <= healed + HEALING, "seed {seed}: obeyed at {at} s");
+        let at = obeyed.map_or(f64::INFINITY, |(now, ..)| *now);
+        assert!(at <= began + HEALING, "seed {seed}: obeyed at {at} s");
     }
 }
 
 #[test]
 fn a_foreign_decision_shuts_no_arbiter_out() {
     for seed in 1000..1010 {
-        for (epoch, refused) in [(Epoch::Last, 1), (Epoch::Farthest, 0), (Epoch::Same, 0)] {
+        for epoch in [Epoch::Last, Epoch::Same] {
             // Also before anything has been obeyed: the driver has just forgotten every arbiter.
             for (crash, after) in [(2.0, 2.0), (3.15, 0.001)] {
                 let driver = episode(Fault::DriverCrash, crash, crash + 0.2);
@@ -52,13 +49,10 @@ fn a_foreign_decision_shuts_no_arbiter_out() {
                 // Panics unless the arbiter is obeyed again within five cycles.
                 let world = play_world(seed, POOL, vec![driver, foreign], true);
                 let state = world.state();
-                assert_eq!(state.robot.refused, refused, "seed {seed}, {epoch:?}");
-                let taken = state
-                    .robot
-                    .taken
-                    .iter()
-                    .any(|(_, _, d)| !state.epochs.contains_key(&d.epoch) || d.seq == u64::MAX);
-                assert_eq!(taken, refused == 0, "seed {seed}, {epoch:?}");
+                let is_foreign = |epoch: u64, seq: u64| !state.epochs.contains_key(&epoch) || seq == u64::MAX;
+                let taken = state.robot.taken.iter().any(|(_, _, d)| is_foreign(d.epoch, d.seq));
+                // An arbiter that is obeyed keeps strangers out, unless they speak in its name.
+                assert_eq!(taken, epoch == Epoch::Same || after < 1.0, "seed {seed}, {epoch:?}");
             }
         }
     }

@@ -35,8 +35,6 @@ const NONSENSE: [Nonsense; 6] = [
 pub(super) enum Epoch {
     /// The greatest there is.
     Last,
-    /// The greatest that the driver accepts.
-    Farthest,
     /// That of the decision obeyed, and the last one of it.
     Same,
 }
@@ -133,7 +131,7 @@ fn any(rng: &mut Rng, replicas: usize) -> Fault {
         13 => Fault::NoPeople,
         14 => Fault::Flood,
         15 => Fault::NoDriver,
-        16 => Fault::Foreign([Epoch::Last, Epoch::Farthest, Epoch::Same][which(rng, 3)]),
+        16 => Fault::Foreign([Epoch::Last, Epoch::Same][which(rng, 2)]),
         _ => Fault::DriverCrash,
     }
 }

@@ -1,11 +1,11 @@
 //! What only the simulated world can see of the invariants, beside what `crate::invariants` checks. Each violation is
 //! told with the seed that replays it.
 
-use std::collections::BTreeMap;
-
+use curionav_driver::decision_fence::SILENCE;
 use curionav_pool::pool::Pool;
 use curionav_schemas::{CycleReport, Decision};
 
+use super::base::TICK;
 use super::replica::QUEUE;
 use super::world::{SimulatedPeers, State, World};
 use crate::invariants::{BOUNDED, HEALED, RISING};
@@ -62,12 +62,12 @@ pub(super) fn after_a_cycle(
 pub(super) fn at_the_end(world: &World, healed: f64) {
     let State { robot, checker, .. } = &mut *world.state();
     let violations = &mut checker.violations;
-    let mut newest: BTreeMap<u64, (u64, u64)> = BTreeMap::new();
-    for (now, life, decision) in &robot.taken {
-        let id = (decision.epoch, decision.seq);
-        let before = newest.insert(*life, id);
-        let rises = before.is_none_or(|before| before < id);
-        violations.check(rises, RISING, || format!("{id:?} after {before:?} at {now:.1} s"));
+    for pair in robot.taken.windows(2) {
+        let [(then, life_then, before), (now, life, after)] = pair else { unreachable!("windows of two") };
+        let rises = before.epoch == after.epoch && before.seq < after.seq;
+        let was_silent = now - then > SILENCE - TICK || life != life_then;
+        let ids = [(before.epoch, before.seq), (after.epoch, after.seq)];
+        violations.check(rises || was_silent, RISING, || format!("{ids:?} at {then:.1} and {now:.1} s"));
     }
     let after: Vec<_> = robot.taken.iter().filter(|(_, _, d)| d.stamp > healed + HEALING).collect();
     let due = ((robot.base.now() - healed - HEALING) / 0.3) as usize;

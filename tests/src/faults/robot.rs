@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_driver::control::{Inputs, command};
-use curionav_driver::decision_fence::{Admission, DecisionFence};
+use curionav_driver::decision_fence::DecisionFence;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_runtime::robot_limits::Ages;
-use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
-use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People};
+use curionav_schemas::{
+    self as wire, Action, Belief, Clock, CommandReason, Decision, Mission, Odometry, People,
+};
 use curionav_testing::golden;
 
 use super::base::{Base, TICK};
@@ -48,8 +49,6 @@ pub(super) struct Robot {
     belief_of: BTreeMap<u64, Belief>,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
     pub(super) taken: Vec<(f64, u64, Decision)>,
-    /// How many decisions were refused because no arbiter can have made them.
-    pub(super) refused: u32,
     pub(super) lives: u64,
     pub(super) driven: Vec<Driven>,
 }
@@ -64,7 +63,6 @@ impl Robot {
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
             taken: Vec::new(),
-            refused: 0,
             lives: 0,
             driven: Vec::new(),
         }
@@ -79,15 +77,10 @@ impl Robot {
         let obeyed = self.fence.newest().map(|d| d.epoch);
         let (epoch, seq) = match epoch {
             Epoch::Last => (u64::MAX, u64::MAX),
-            Epoch::Farthest => (obeyed.map_or(MAX_FIRST_EPOCH, |epoch| epoch + MAX_EPOCH_STEP), 1),
             Epoch::Same => (obeyed.unwrap_or(1), u64::MAX),
         };
         let (tick, stamp) = (self.base.tick, self.base.now());
         self.receive(Decision { epoch, seq, tick, stamp, action: Action::Stop, ..golden::decision() });
-    }
-
-    pub(super) fn obeyed(&self) -> Option<Decision> {
-        self.fence.newest().cloned()
     }
 
     pub(super) fn waiting(&self) -> usize {
@@ -111,10 +104,8 @@ impl Robot {
             remember(&mut self.belief_of, belief.tick, belief);
         }
         for decision in std::mem::take(&mut self.inbox) {
-            match self.fence.admit(decision.clone()) {
-                Admission::Admitted => self.taken.push((self.base.now(), self.lives, decision)),
-                Admission::Older => {}
-                Admission::OutOfReach => self.refused += 1,
+            if self.fence.admit(decision.clone(), self.base.now(), Clock::Realtime) {
+                self.taken.push((self.base.now(), self.lives, decision));
             }
         }
         let scan = self.base.scan();

@@ -117,7 +117,6 @@ fn no_single_fault_takes_the_robot_out_of_control() {
         Fault::DriverCrash,
         Fault::NoDriver,
         Fault::Foreign(Epoch::Last),
-        Fault::Foreign(Epoch::Farthest),
         Fault::Foreign(Epoch::Same),
     ];
     for fault in faults {

@@ -1,5 +1,7 @@
 //! A client that tells the driver of a real base what no planner would.
 
+use std::time::Duration;
+
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::step;
 use curionav_planning::random::{Rng, rng, uniform};
@@ -18,6 +20,8 @@ use super::base::next;
 use super::test_bench::TestBench;
 
 const SEED: u64 = 15;
+/// Decisions that no planner would make.
+const HOSTILE: u64 = 160;
 const DRIVER: Service = curionav_driver::run;
 /// Of the base under test.
 const TICK: f64 = 0.1;
@@ -55,6 +59,8 @@ struct ObedientBase {
     scans: Topic<Scan>,
     decisions: Topic<Decision>,
     commands: Inbox<wire::Twist>,
+    /// Its clock goes as the wall's does: the driver compares both.
+    started: tokio::time::Instant,
     tick: u64,
     pose: Pose2,
     twist: Twist,
@@ -76,6 +82,7 @@ impl ObedientBase {
             scans: bench.topic("scan", Flow::Sensor),
             decisions: bench.topic("decision", Flow::Control),
             commands: bench.inbox("cmd"),
+            started: tokio::time::Instant::now(),
             tick: 0,
             pose: Pose2::default(),
             twist: Twist::default(),
@@ -94,7 +101,12 @@ impl ObedientBase {
 
     /// One tick; the base then carries out the command, which must be one that it can.
     async fn tick(&mut self, said: Said) -> wire::Twist {
-        self.tick += 1;
+        let due = self.started + Duration::from_secs_f64(TICK * (self.tick + 1) as f64);
+        tokio::time::sleep_until(due).await;
+        // A machine that is late passes over ticks.
+        let before = self.tick;
+        self.tick = ((self.started.elapsed().as_secs_f64() / TICK) as u64).max(before + 1);
+        let passed = TICK * (self.tick - before) as f64;
         while self.commands.try_next().is_some() {}
         let (tick, stamp, belief) = (self.tick, self.stamp(), self.belief());
         if said.belief {
@@ -116,13 +128,13 @@ impl ObedientBase {
         assert!((command.v - v).abs() <= 2.0 * A_MAX * TICK + 1e-9, "from {v} m/s: {command:?}");
         assert!((command.omega - omega).abs() <= 2.0 * ALPHA_MAX * TICK + 1e-9, "{omega} rad/s: {command:?}");
         self.twist = Twist { v: command.v, omega: command.omega };
-        self.pose = step(self.pose, self.twist, TICK);
+        self.pose = step(self.pose, self.twist, passed);
         command
     }
 
     /// Until it drives as fast as it can.
     async fn drive(&mut self) {
-        for _ in 0..40 {
+        for _ in 0..24 {
             let ahead = straight_on(self);
             self.tick(free(Some(ahead))).await;
         }
@@ -232,14 +244,17 @@ async fn no_decision_drives_a_real_base_beyond_its_limits_or_keeps_it_from_stopp
     bench.runs().await;
     let random = std::cell::RefCell::new(rng(SEED, 0));
     let (mut fastest, mut tracked) = (0.0_f64, 0);
-    for seq in 1..=400 {
+    for seq in 1..=HOSTILE {
         let decision = hostile(&base, seq, &random);
         let command = base.tick(free(Some(decision))).await;
         fastest = fastest.max(command.v);
-        tracked += u32::from(command.reason == CommandReason::Tracking);
+        tracked += u64::from(command.reason == CommandReason::Tracking);
     }
-    println!("{tracked} of 400 hostile decisions tracked, at up to {fastest:.2} m/s");
-    assert!(tracked > 100 && fastest > 0.3, "hardly any decision was followed: the test shows nothing");
+    println!("{tracked} of {HOSTILE} hostile decisions tracked, at up to {fastest:.2} m/s");
+    assert!(
+        tracked > HOSTILE / 4 && fastest > 0.3,
+        "hardly any decision was followed: the test shows nothing"
+    );
 
     // At 0.5 m/s2 it takes 16 ticks from 0.8 m/s.
     let from_full_speed = 15..=17;

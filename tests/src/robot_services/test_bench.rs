@@ -1,13 +1,16 @@
 //! Services of one robot under test.
 
+use std::sync::Arc;
 use std::time::Duration;
 
+use curionav_runtime::command::command_driver;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
+use curionav_runtime::lease::{BaseLease, LeaseServers};
 use curionav_runtime::map_store::host;
 use curionav_runtime::process::{Service, Start};
-use curionav_runtime::query::{AskError, Urgency, ask, fetch};
+use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
@@ -32,6 +35,9 @@ pub(super) struct TestBench {
     services: JoinSet<anyhow::Result<()>>,
     triggers: Vec<ShutdownTrigger>,
     map: Option<Server>,
+    /// The base: it grants the driver its lease.
+    pub(super) lease: Arc<BaseLease>,
+    _lease: LeaseServers,
 }
 
 impl TestBench {
@@ -44,8 +50,10 @@ impl TestBench {
     /// The same with this configuration.
     pub(super) async fn configured(services: &[Service], config: ServiceConfig) -> Self {
         let session = session::embedded().await.unwrap();
-        let (services_at_work, triggers) = (JoinSet::new(), Vec::new());
-        let mut bench = Self { session, services: services_at_work, triggers, map: None };
+        let (lease, _lease) = BaseLease::serve(&session, ROBOT, "base", "a", &refusals()).unwrap();
+        let services_at_work = JoinSet::new();
+        let triggers = Vec::new();
+        let mut bench = Self { session, services: services_at_work, triggers, map: None, lease, _lease };
         for service in services {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
@@ -91,8 +99,7 @@ impl TestBench {
 
     /// What the driver answers to a command.
     pub(super) async fn try_request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
-        let key = keys::mission_command(ROBOT).unwrap();
-        ask(&self.session, &key, request, LIMIT, Urgency::Normal).await
+        command_driver(&self.session, ROBOT, request, self.lease.number(), LIMIT).await
     }
 
     /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that

@@ -20,8 +20,8 @@ use zenoh_ext::AdvancedPublisher;
 use super::peer::{Heard, Peer};
 use crate::end_to_end::program::root;
 
-/// Wall time of a tick: longer than the robot's own 0.1 s, so that a slow machine keeps up.
-const PACE: Duration = Duration::from_millis(150);
+/// Wall time of a tick: the driver compares the robot's clock with its own.
+const PACE: Duration = Duration::from_millis(100);
 /// The base's own watchdog.
 const COMMAND_AGE: Duration = Duration::from_millis(500);
 /// When the robot's clock was switched on, s.
@@ -130,7 +130,7 @@ async fn play(
     back_ms: Arc<AtomicU64>,
 ) {
     let mut pace = tokio::time::interval(PACE);
-    pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Burst);
     let (mut heard, mut last) = (0, Instant::now());
     loop {
         pace.tick().await;

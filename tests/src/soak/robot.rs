@@ -9,8 +9,11 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::sensor::LaserModel;
 use curionav_pool::context::PlanContext;
+use curionav_runtime::command::command_driver;
 use curionav_runtime::convert;
-use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::lease::{BaseLease, LeaseServers};
+use curionav_runtime::query::fetch;
+use curionav_runtime::serve::refusals;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CycleReport, Decision, Mission, MissionCommand, MissionState, Odometry,
@@ -45,7 +48,9 @@ pub(super) struct Robot {
     /// Its laser, and the walls that it measures, if it has a tracker.
     eyes: Option<(LaserModel, Arc<StaticMap>)>,
     mission_key: String,
-    command_key: String,
+    /// Which driver it obeys.
+    lease: Arc<BaseLease>,
+    _lease: LeaseServers,
     mission: Mission,
     /// Where it goes, one after the other.
     goals: Vec<Point2>,
@@ -86,11 +91,13 @@ impl Robot {
         let mission = missions[0].clone();
         let prepare = |mission| Arc::new(PlanContext::new(mission, &fields, true).unwrap());
         let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), drive));
+        let (lease, _lease) = BaseLease::serve(&links.base, name, "base", "a", &refusals()).unwrap();
         Self {
             links,
             eyes,
             mission_key: keys::robot(name, "mission").unwrap(),
-            command_key: keys::mission_command(name).unwrap(),
+            lease,
+            _lease,
             mission,
             goals,
             watch,
@@ -132,7 +139,7 @@ impl Robot {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             let link = &self.links.operator;
-            let asked = ask::<_, Mission>(link, &self.command_key, request, timeout, Urgency::Normal);
+            let asked = command_driver(link, self.name(), request, self.lease.number(), timeout);
             if asked.await.is_ok() {
                 return;
             }
@@ -174,7 +181,7 @@ impl Robot {
         let mut base = Base::new(&self.mission);
         self.watch().followed_at = Instant::now();
         let decisions = self.inbox::<Decision>("decision");
-        let commands = self.inbox::<wire::Twist>("cmd");
+        let commands = self.lease.commands(self.inbox::<wire::Twist>("cmd"));
         let reports = self.inbox::<CycleReport>("report");
         let odometry = self.topic::<Odometry>(&self.links.base, "odom");
         let scans = self.topic::<Scan>(&self.links.base, "scan");

@@ -215,6 +215,10 @@ fn on_the_robot(link: &str, problem: &Problem) -> Finding {
         ProblemKind::NotUsed => "mend what publishes it, or the names of topics and frames in [ros2]",
         ProblemKind::Silent => "look at the node that publishes it, or at the driver",
         ProblemKind::Rate => "give limits.tick_s the time that lies between two messages of odometry",
+        ProblemKind::Paused => "curionav resume ROBOT",
+        ProblemKind::Stopped => {
+            "look at the service that it names: the arbiter decides, the localizer believes"
+        }
         ProblemKind::Refused => "look at the driver's log and at [limits]",
         ProblemKind::Awaited => {
             "start what publishes it, or mend `endpoint` and the names of topics in [ros2]"

@@ -38,6 +38,7 @@ impl OnTheWay {
         let fields = Fields::of_maps([]);
         let prepared = curionav_simulator::prepare(&package.request, "robot", &fields).context("scenario")?;
         let mission = wire::Mission {
+            lease: 1,
             run: 1,
             revision: 1,
             order: prepared.order,

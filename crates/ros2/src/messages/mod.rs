@@ -8,6 +8,7 @@ mod navigation;
 mod people;
 mod sensing;
 mod transform;
+mod trigger;
 
 pub use action::{
     CancelGoalRequest, CancelGoalResponse, GetResultRequest, GetResultResponse, GetResultResponseHumble,
@@ -24,3 +25,4 @@ pub use navigation::{Clock, MapMetaData, OccupancyGrid, Odometry, Path};
 pub use people::{People, Person};
 pub use sensing::LaserScan;
 pub use transform::{TfMessage, Transform, TransformStamped};
+pub use trigger::{TriggerRequest, TriggerResponse};

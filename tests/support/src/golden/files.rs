@@ -8,10 +8,12 @@ use super::planning::{
 use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 use super::{
-    belief, mission, no_replica, odometry, particles, people, readiness, refused_mission, scan, scene,
-    tracked_people,
+    belief, lease, lease_request, mission, no_replica, odometry, particles, pause_reply, people, readiness,
+    refused_mission, scan, scene, tracked_people,
 };
-use curionav_schemas::{Message, MissionCommand, MissionEnd, Readiness, Refusal, Reject};
+use curionav_schemas::{
+    Lease, Message, MissionCommand, MissionEnd, PauseRequest, Readiness, Refusal, Reject,
+};
 
 /// An encoded example.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,12 +45,15 @@ pub fn all() -> Vec<Golden> {
         golden("mission.refused", &refused_mission()),
         golden("mission_command", &MissionCommand::Set { order: Box::new(mission().order) }),
         golden("mission_command.goal", &MissionCommand::Goal { x: -1.5, y: 2.25, heading: None }),
-        golden("mission_command.pause", &MissionCommand::Pause),
-        golden("mission_command.resume", &MissionCommand::Resume),
         golden("mission_command.cancel", &MissionCommand::Cancel),
         golden("mission_command.finish", &MissionCommand::Finish { revision: 3, end: MissionEnd::Reached }),
         golden("readiness", &readiness()),
         golden("readiness.refused", &Readiness { refused: Some(no_replica()), ..readiness() }),
+        golden("lease", &lease()),
+        golden("lease.free", &Lease { lease: 0, holder: None, wanted_by: None, paused: false }),
+        golden("lease_request", &lease_request()),
+        golden("pause_request", &PauseRequest { paused: true }),
+        golden("pause_reply", &pause_reply()),
         golden("decision", &decision()),
         golden("decision.stop", &stop()),
         golden("twist", &twist()),

@@ -17,9 +17,9 @@ pub use planning::{
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
 use curionav_schemas::{
-    Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Mission, MissionEnd, MissionOrder,
-    MissionState, Odometry, OdometryNoise, Particles, People, Pose, Readiness, Refusal, Reject, RobotModel,
-    Scan, Scene, Value,
+    Belief, Clock, Footprint, Frame, Health, LaserModel, Lease, LeaseRequest, LeaseWish, MapId, Mission,
+    MissionEnd, MissionOrder, MissionState, Odometry, OdometryNoise, Particles, PauseReply, People, Pose,
+    Readiness, Refusal, Reject, RobotModel, Scan, Scene, Value,
 };
 
 const MAP: MapId = MapId(
@@ -29,6 +29,21 @@ const MAP: MapId = MapId(
 
 fn parameters(entries: &[(&str, Value)]) -> Value {
     Value::Map(entries.iter().map(|(key, value)| (Value::from(*key), value.clone())).collect())
+}
+
+/// A lease that another driver would like to have.
+pub fn lease() -> Lease {
+    Lease { lease: 17, holder: Some("driver-a".into()), wanted_by: Some("driver-b".into()), paused: true }
+}
+
+/// The wish of that other driver.
+pub fn lease_request() -> LeaseRequest {
+    LeaseRequest { driver: "driver-b".into(), lease: 0, wish: LeaseWish::TakeOver, paused: false }
+}
+
+/// The answer of the driver that holds the lease to a pause.
+pub fn pause_reply() -> PauseReply {
+    PauseReply { role: "driver".into(), instance: "driver-a".into(), lease: 17, paused: true }
 }
 
 /// Half a turn seen by five beams.
@@ -171,6 +186,7 @@ pub fn mission() -> Mission {
         require: vec!["arbiter".into(), "localizer".into()],
     };
     Mission {
+        lease: 17,
         run: 2,
         revision: 3,
         order,

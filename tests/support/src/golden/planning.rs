@@ -176,6 +176,7 @@ pub fn stop() -> Decision {
 /// The command that begins to follow it.
 pub fn twist() -> Twist {
     Twist {
+        lease: 17,
         epoch: 2,
         seq: 14,
         tick: 42,
