@@ -218,7 +218,7 @@ impl BuiltIn for Distance {
     }
 }
 
-/// There are none.
+/// Parameters of the term `order`: it has none.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct OrderTermParams {}
@@ -296,7 +296,8 @@ macro_rules! built_in {
             }
         }
 
-        /// Does what `visitor` does with the term of that name; `None` if it is not built in.
+        /// Gives the type of the term of that name to `visitor`, and returns its output; `None` if no such term is
+        /// built in.
         pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
             match name {
                 $(<$term>::NAME => Some(visitor.visit::<$term>()),)+

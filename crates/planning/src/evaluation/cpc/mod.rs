@@ -1,19 +1,22 @@
 //! Curiosity for Positive Content (CPC): how uncertain the robot would be along a candidate
 //! (section IV-B, eqs. 7 to 15).
 //!
-//! The pose error is propagated as in the rapidly-exploring random belief tree (Bry and Roy, 2011):
-//! `Sigma` is what the filter will not know, `Lambda` the wander of the estimate about the nominal
-//! trajectory that the controller has to remove. Along the candidate
+//! The pose error is propagated as in the rapidly-exploring random belief tree (Bry and Roy, 2011). `Sigma` is the
+//! covariance of the truth around the estimate: what the filter will not know. `Lambda` is the covariance of the
+//! estimate around the candidate: how far the robot will believe itself to be off its way. Along the candidate
 //! ```text
 //! Sigma_bar = A Sigma A^T + M'                                    (10)
 //! Sigma     = Sigma_bar - L C Sigma_bar                           (11)
 //! Lambda    = (A - B K) Lambda (A - B K)^T + L C Sigma_bar        (14)
 //! zeta      = sum_k tr(Lambda_k + Sigma_k)                        (15)
 //! ```
-//! with `Sigma_0` the belief's covariance and `Lambda_0 = 0` (A7). Observations come from
-//! [`InformationField`], the gain from [`lqr`]. With `K = 0` the sum `Lambda + Sigma` would not depend on
-//! observations at all, and the term would be blind. People hide no landmark from `cpc`, as in the paper (A32);
-//! from `cpc-occluded` they do ([`CpcOccludedEvaluator`]).
+//! with `Sigma_0` the belief's covariance and `Lambda_0 = 0` (A7). `A` and `M'` are the linearised motion and its
+//! noise. `C` is the linearised measurement, which [`InformationField`] gives, and `L` the Kalman gain. `K` is the
+//! feedback gain of the controller, which [`lqr`] gives. With `K = 0` the sum `Lambda + Sigma` would be the same
+//! whatever is observed, and landmarks would not matter.
+//!
+//! People hide no landmark from `cpc`, as in the paper (A32); from `cpc-occluded` they do ([`CpcOccludedEvaluator`]).
+//! `docs/methods.md` says what A7, A32 and the like stand for.
 
 mod beam_fan;
 mod covariance;
@@ -42,12 +45,12 @@ pub use occluded::CpcOccludedEvaluator;
 pub use ray_field::RayField;
 
 crate::parameters! {
-    /// When an observation is credited: where the localiser would update (D5). These are the localiser's
-    /// own thresholds.
+    /// When the prediction takes an observation into account: only where the localiser would update (D5). These are the
+    /// localiser's own thresholds.
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct CpcParams {
-        /// Metres driven between two updates. A step in which more is driven is credited with so many.
+        /// Metres driven between two updates. A step in which twice as much is driven counts as two updates.
         pub update_min_d: f64 [0.0, 100.0, "m", "a localiser that updates more rarely does not localise"] = 0.2,
         /// Radians turned between two updates.
         pub update_min_a: f64
@@ -56,12 +59,11 @@ crate::parameters! {
         pub update_max_interval: f64 [
             0.01, 1000.0, "s", "a scan comes at most a hundred times per second, and updates are no rarer than that"
         ] = 1.0,
-        /// What a scan at rest is worth, as a share of one after motion: the localiser's `rest_temper`. In between it
-        /// is worth the share of an update that has been driven.
+        /// What a scan at rest is worth, as a share of one after motion: the localiser's `rest_temper`. After slow
+        /// motion it is the share of `update_min_d` or `update_min_a` that has been moved, if that is more.
         pub rest_credit: f64 [in Range::SHARE] = 0.02,
-        /// Trace from which on more uncertainty matters little, m2 + rad2: l counts as l / (1 + l / saturation). A
-        /// robot that knows little will not know less by driving on, and must get on. At 0 all of it counts, as in the
-        /// paper.
+        /// Trace of which half counts, m2 + rad2: a trace l counts as l / (1 + l / saturation). To a robot that is
+        /// lost, more uncertainty hardly counts, so it drives on. At 0 all of it counts, as in the paper.
         pub saturation: f64 [0.0, 1e6, "m2 + rad2", "no filter is that uncertain"] = 0.0,
     }
 }
@@ -95,7 +97,7 @@ impl CpcEvaluator {
         predicted
     }
 
-    /// The same of all candidates: each is given with its index.
+    /// Calls `each` for all candidates, with the index and the covariances of [`Self::predicted`].
     pub(super) fn along(
         &self,
         sigma: &Matrix3<f64>,
@@ -106,7 +108,7 @@ impl CpcEvaluator {
         self.along_with(&*self.field, sigma, candidates, should_stop, each)
     }
 
-    /// The same with scans that tell what `observation` says.
+    /// [`Self::along`] for scans that tell what `observation` says, instead of the field.
     fn along_with(
         &self,
         observation: &impl Observation,
@@ -146,7 +148,8 @@ impl CpcEvaluator {
         Drive { observation, grid_heading, gains, model: self.step_model(candidates.dt()), sigma, candidates }
     }
 
-    /// The costs with these scans and under these gains, with vectors of this kind, which makes no difference to them.
+    /// The costs for scans that tell what `observation` says, and for the feedback `gains`. The costs are the same for
+    /// every `level` of vector instructions.
     fn evaluate_with(
         &self,
         observation: &impl Observation,
@@ -168,7 +171,7 @@ impl CpcEvaluator {
         Ok(costs)
     }
 
-    /// The costs with vectors of this kind.
+    /// The costs, computed with the vector instructions of `level`.
     pub(super) fn evaluate_at(
         &self,
         level: Level,
@@ -193,7 +196,8 @@ impl CpcEvaluator {
 
 /// What a scan tells.
 trait Observation {
-    /// Information about the poses of eight robots after step number `step`, in the grid's axes, as factors.
+    /// Information about the robot's pose after step number `step`, in the grid's axes. The eight lanes are eight
+    /// candidates. The matrix is given as d1, l21, l31, d2, l32, d3 of its LDL decomposition.
     fn factors_at<S: Simd>(&self, step: usize, x: f64x8<S>, y: f64x8<S>, heading: f64x8<S>) -> [f64x8<S>; 6];
 }
 
@@ -260,8 +264,8 @@ impl<O: Observation> Drive<'_, O> {
         let dt = self.candidates.dt();
         let travel = v * dt;
         let turn = lanes(omega) * dt;
-        // Linearised half way through the step, where the chord of the arc points: better than Euler's at its start,
-        // and no other state is needed.
+        // The motion is linearised at the heading half way through the step, which is that of the arc's chord. This is
+        // more exact than at the heading of its start (Euler), and needs no state between the two.
         let chord = heading - self.grid_heading - 0.5 * turn;
         Step {
             sin_cos: sin_cos(chord),
