@@ -40,8 +40,9 @@ impl Walkers {
         }
     }
 
-    /// All walk for `dt` seconds, seeing the robot where it is now. The scripted wait for it; the
-    /// others walk around it and around `others`, which no route moves. `radius` is a walker's, metres.
+    /// All walk for `dt` seconds, and see the robot where it is now. Scripted walkers wait for it. Avoiding walkers
+    /// walk around it, and around `others`: recorded and live people, who move by themselves. `radius` is a walker's,
+    /// metres.
     pub(crate) fn step(
         &mut self,
         dt: f64,

@@ -41,11 +41,12 @@ struct Track {
 /// A recorded person at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedPerson {
-    /// Place of the person among all of the recording, by ascending id: stable over time.
+    /// Number of the person, from 0: all people of the recording in the order of their ids. It stays the same over
+    /// time.
     pub index: usize,
     /// Metres, recording frame.
     pub position: Point2,
-    /// m/s, recording frame: the finite difference over the current pair of frames.
+    /// m/s, recording frame: from the positions in the recorded frames before and after this instant.
     pub velocity: Point2,
 }
 

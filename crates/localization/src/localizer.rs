@@ -36,7 +36,8 @@ pub struct Localizer {
     health: Health,
     recovery: Recovery,
     anchor: Option<Anchor>,
-    /// How much of `temper` the present place is still worth, 0 to 1: scans use it up, motion restores it.
+    /// With which share of `temper` the next scan may count, 0 to 1. Each scan from one place uses some of it up, and
+    /// motion restores it.
     credit: f64,
     /// Random streams used so far: one per filter update, so that a run depends on the updates made
     /// and not on how many numbers each of them drew.
@@ -47,8 +48,8 @@ pub struct Localizer {
     seen: Selection,
 }
 
-/// The last filter update: where odometry was, and what was known then. There is none before the first
-/// scan after a start, which is taken in at once and in full.
+/// The last filter update: where odometry was then, and what was known. After a start there is none until the first
+/// scan. That scan is taken in at once and in full.
 #[derive(Debug, Clone, Copy)]
 struct Anchor {
     odometry: Pose2,
@@ -57,7 +58,8 @@ struct Anchor {
     covariance: Matrix3<f64>,
 }
 
-/// Most poses drawn anew in one update: each is the best of many.
+/// Most particles that one update replaces to search for a lost robot. Each of them takes `recovery_tournament` draws,
+/// of which the likeliest is kept.
 const SEARCH_LIMIT: f64 = 300.0;
 
 /// Ticks a nanosecond early still count as a full interval.
@@ -118,7 +120,7 @@ impl Localizer {
             recovery: Recovery::default(),
             anchor: None,
             credit: 1.0,
-            // The first is that of particles all over the map.
+            // The first stream belongs to the particles that `new` draws all over the map.
             streams: 1,
             updates_since_resampling: 0,
             clusters: Clusters::default(),
@@ -145,11 +147,11 @@ impl Localizer {
         self.covariance = *covariance;
     }
 
-    /// Odometry goes on from another origin: the base was restarted. What it measured before is no motion, and the
-    /// robot is taken to be where it was.
+    /// Takes note that odometry now counts from another origin, as after a restart of the base. The leap between the
+    /// two origins is no motion: the robot is taken to be where it was.
     pub fn restart_odometry(&mut self) {
         let Some(anchor) = self.anchor.take() else { return };
-        // The particles are still where they were at the last filter update, the estimate has been carried on.
+        // The estimate has moved on with odometry since the last filter update. The particles have not, so they do now.
         let motion = Motion::between(anchor.pose, self.pose, &self.noise);
         let mut random = self.next_stream();
         self.particles.advance(&motion, &self.noise, &mut random);
@@ -212,7 +214,8 @@ impl Localizer {
         self.seen = Selection::of(scan, self.streams, &self.params);
         let observed = !self.seen.ends.is_empty();
         if observed {
-            // Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
+            // Where the belief is wide or in several parts, some of its poses may have a wall before what was seen.
+            // Then it also counts which beams would have had to pass through a wall.
             let ambiguous = self.health.outside_weight > 0.0 || !self.is_narrow();
             let params = &self.params;
             let exponent = params.temper * self.credit.max(params.rest_temper);
@@ -244,9 +247,9 @@ impl Localizer {
         }
     }
 
-    /// Estimate and health from the heaviest cluster. After a scan, given the motion since the last, a cluster
-    /// beyond the reach of the estimate has to hold its own before it is believed; if there is no other,
-    /// odometry carries the estimate on.
+    /// Sets estimate and health by the heaviest cluster of particles. `scanned` is given after a scan: the motion since
+    /// the last one. Then a cluster beyond the reach of the estimate has to be the heaviest for several scans before it
+    /// counts. Until then the heaviest one within reach counts. If there is none, the estimate only follows odometry.
     fn describe(&mut self, scanned: Option<&Motion>) {
         let Some(heaviest) = self.clusters.find(&self.particles, &self.params) else { return };
         let estimate = (self.pose, &self.covariance);

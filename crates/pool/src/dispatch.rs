@@ -18,7 +18,7 @@ use crate::peers::{Call, Peers};
 use crate::pool::{Answer, Pool};
 use crate::question::{EvaluateQuestion, EvaluateQuestions, GenerateQuestion};
 
-/// What a generator has answered.
+/// What a generator has answered: the tree as it has grown it, and the candidates.
 #[derive(Debug)]
 pub struct Grown {
     /// Candidates and tree.
@@ -46,10 +46,11 @@ pub async fn generate<P: Peers>(
     shape: Shape,
     budget: Budget,
 ) -> Option<Grown> {
-    // Each tree has a replica of its own, which has prepared for the goal. Any other can take over, because the tree
-    // travels with the question.
+    // The trees go to the preferred replicas in turn, because these have prepared for the goal. With fewer replicas
+    // than trees, several trees share one. Any other replica can take over, because the tree travels with the question.
     let preferred = {
         let mut replicas = pool.replicas();
+        // Replicas whose rest is over may be asked again.
         replicas.wake(pool.peers.now());
         replicas.preferred(keys::GENERATOR)
     };
@@ -80,7 +81,7 @@ fn usable(
     Ok(Answer { value: Grown { generated, cut: reply.cut }, count, busy })
 }
 
-/// Scores of one shard.
+/// A shard, which is a slice of the batch of candidates that one replica scores, with its scores under one term.
 #[derive(Debug)]
 pub struct Shard {
     /// Which term.
@@ -93,7 +94,8 @@ pub struct Shard {
     pub elapsed: Duration,
 }
 
-/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once.
+/// Asks replicas what the candidates of `questions` cost under each of `terms`; all shards of all terms at once.
+/// `robot` is the name in whose turn replicas answer.
 pub async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     terms: &[String],

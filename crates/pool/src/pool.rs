@@ -33,13 +33,13 @@ pub struct Pool<P> {
     pub failures: Tally,
     /// Questions without candidates, by role.
     pub probes: Tally,
-    /// Answers that could not be understood, with whatever else the service refuses.
+    /// Counts what the service has refused; answers that could not be understood are added to it.
     refused: Tally,
     replicas: Mutex<Replicas>,
     stages: Mutex<StageTimes>,
-    /// Wakes the probing: a replica has lost its standing.
+    /// Wakes [`Self::keep_ready`] when a replica has failed a question, because it may have to be probed.
     failed: Notify,
-    /// A probe has come back.
+    /// Wakes who waits for [`Self::probed`] when a probe has come back.
     probed: Notify,
     /// Which replica of a role refused the last probe, and why.
     refusals: Mutex<BTreeMap<String, (String, Reject)>>,
@@ -61,7 +61,7 @@ impl<P: Peers> Pool<P> {
         Self::counted(peers, refusals())
     }
 
-    /// No replica is known yet; answers that cannot be understood are added to `refused`.
+    /// [`Self::new`], but answers that cannot be understood are counted in `refused`, the service's own count.
     pub fn counted(peers: Arc<P>, refused: Tally) -> Self {
         Self {
             peers,
@@ -76,7 +76,8 @@ impl<P: Peers> Pool<P> {
         }
     }
 
-    /// The replica of `role` that refused to get ready, and why, if the last one asked is alive and did.
+    /// Which replica of `role` refused the last probe, and why. Nothing if that probe was not refused, or if no replica
+    /// of the role is alive.
     pub fn refusal(&self, role: &str) -> Option<(String, Reject)> {
         locked(&self.refusals).get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
     }
@@ -109,10 +110,11 @@ impl<P: Peers> Pool<P> {
     }
 
     /// Asks `first`, another replica each time one fails, and one more when the answer is late, until an answer is
-    /// usable. Gives nothing if the pool's time ends first or no replica is left to ask.
+    /// usable. Gives nothing if the pool's time ends first or no replica is left to ask. The pool's time is the first
+    /// half of the budget, and an answer is late after a quarter of the budget.
     ///
-    /// A replica that is late is blamed only if another one overtakes it or the pool's time ends: where all are
-    /// slow, none is to be given up.
+    /// To be late is no failure by itself, because all replicas may be slow. A replica has failed if one that was asked
+    /// after it answers first. When the pool's time ends, all that have not answered have failed.
     pub(crate) async fn first_answer<T, F>(
         &self,
         role: &str,
@@ -144,7 +146,7 @@ impl<P: Peers> Pool<P> {
                 answer = open.next() => match answer {
                     Some((instance, Ok(value))) => {
                         let overtaken = waited_for.iter().take_while(|other| **other != instance);
-                        overtaken.for_each(|other| self.is_late(role, other, budget));
+                        overtaken.for_each(|other| self.blame_late(role, other, budget));
                         return Some(value);
                     }
                     Some((instance, Err(error))) => {
@@ -152,33 +154,35 @@ impl<P: Peers> Pool<P> {
                         let failure = failure(&error);
                         self.hold_against(role, &instance, failure, budget);
                         waited_for.retain(|other| *other != instance);
-                        // A pool with too much to do is not to be asked everywhere. In lockstep it has the time.
-                        let is_free = failure != Failure::Overloaded || budget.clock == Clock::Lockstep;
-                        next = self.spare(role, &asked, is_free);
+                        // Where one replica has too much to do, to ask each of the others would make it worse. In
+                        // lockstep there is time to ask them all.
+                        let is_limited = failure == Failure::Overloaded && budget.clock != Clock::Lockstep;
+                        next = self.spare(role, &asked, is_limited);
                     }
                     None => return None,
                 },
                 () = &mut late, if !is_late => {
                     is_late = true;
-                    next = self.spare(role, &asked, false);
+                    next = self.spare(role, &asked, true);
                 }
                 () = &mut end => {
-                    waited_for.iter().for_each(|instance| self.is_late(role, instance, budget));
+                    waited_for.iter().for_each(|instance| self.blame_late(role, instance, budget));
                     return None;
                 }
             }
         }
     }
 
-    /// Another replica for a question that `asked` have not answered. One that is not free counts among the few that
-    /// may be asked twice.
-    fn spare(&self, role: &str, asked: &[String], is_free: bool) -> Option<String> {
+    /// Another ready replica for a question that those in `asked` have not answered. If it `is_limited`, this is one of
+    /// the few questions that may be asked twice ([`Replicas::may_ask_twice`]).
+    fn spare(&self, role: &str, asked: &[String], is_limited: bool) -> Option<String> {
         let mut replicas = self.replicas();
         let spare = replicas.spare(role, asked)?;
-        (is_free || replicas.may_ask_twice(role)).then_some(spare)
+        (!is_limited || replicas.may_ask_twice(role)).then_some(spare)
     }
 
-    fn is_late(&self, role: &str, instance: &str, budget: Budget) {
+    /// Counts it as a failure of a replica that it has not answered in time.
+    fn blame_late(&self, role: &str, instance: &str, budget: Budget) {
         tracing::warn!(role, instance, "no answer in time");
         self.hold_against(role, instance, Failure::Broken, budget);
     }

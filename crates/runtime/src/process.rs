@@ -113,7 +113,7 @@ impl ServiceOptions {
 pub struct Ready {
     /// What is ready, e.g. `cpc cpc-0`.
     pub ready: String,
-    /// Where a router, or a deployment's, listens.
+    /// Where the router listens, if this process is a router or a deployment with one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub endpoints: Vec<String>,
     /// Where its metrics are, if anywhere.

@@ -21,7 +21,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// Cycles at the start that are not counted.
 const SETTLING: u32 = 5;
 
-/// Lets each number of robots plan over each number of replicas.
+/// Lets robots plan over replicas, once for each pair of a number of robots and a number of replicas in the options.
 pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
     let work = setup.work(BATCH)?;
     let mut rows = Vec::new();
@@ -47,7 +47,7 @@ async fn row(
     let cycles = SETTLING + (seconds / PERIOD.as_secs_f64()).ceil() as u32;
     let mut planning = JoinSet::new();
     for (index, robot) in robots.all.iter().enumerate() {
-        // Evenly over the period, as robots that do not know each other are on average.
+        // The robots start evenly spread over the period. So do robots that do not know each other, on average.
         let start = begin + PERIOD.mul_f64(index as f64 / robot_count as f64);
         on_a_thread(&mut planning, plan(index as u64, Arc::clone(robot), Arc::clone(work), start, cycles));
     }
@@ -55,14 +55,14 @@ async fn row(
     let mut planned = 0;
     let mut shards = 0;
     let mut unanswered = 0;
-    // Candidates answered per robot.
-    let mut shares = Vec::new();
+    // Candidates answered, one entry per robot.
+    let mut candidates = Vec::new();
     while let Some(answers) = planning.join_next().await {
         let answers = answers??;
         planned += answers.len();
         shards += answers.iter().map(|answer| answer.shards).sum::<usize>();
         unanswered += answers.iter().map(|answer| answer.unanswered).sum::<usize>();
-        shares.push(answers.iter().map(|answer| answer.candidates as f64).sum());
+        candidates.push(answers.iter().map(|answer| answer.candidates as f64).sum());
         times.extend(answers.iter().map(|answer| answer.took));
     }
     let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
@@ -70,7 +70,7 @@ async fn row(
         .all
         .first()
         .map(|r| Budget::of_generation(Duration::ZERO, &r.context.mission, &StageTimes::default()));
-    // The pool's time in a cycle: after it the arbiter computes itself what is missing.
+    // Replicas have the first half of it. In the second half an arbiter computes itself what is missing.
     let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();
     processes.dismiss().await;
@@ -84,15 +84,16 @@ async fn row(
         number("budget_ms", "budget ms", 1e3 * budget.as_secs_f64(), 0),
         share("unanswered", unanswered as f64 / shards.max(1) as f64),
         share("skipped", 1.0 - planned as f64 / due.max(1) as f64),
-        number("fairness", "fairness", jain(&shares), 4),
+        number("fairness", "fairness", jain(&candidates), 4),
         number("cores", "cores", cores, 2),
         number("asking_cores", "asking", asking_cores, 2),
     ])
 }
 
-/// Asks on every beat of the robot's own clock, as an arbiter does whose beliefs come ten times a second.
+/// Asks on every beat of the robot's own clock, as an arbiter does whose beliefs come ten times a second. The first
+/// question has the number `first_seq`.
 async fn plan(
-    first: u64,
+    first_seq: u64,
     robot: Arc<Robot>,
     work: Arc<Work>,
     start: Instant,
@@ -103,7 +104,7 @@ async fn plan(
     let settled = start + PERIOD * SETTLING;
     let end = start + PERIOD * cycles;
     let mut answers = Vec::new();
-    let mut seq = first;
+    let mut seq = first_seq;
     let mut trees = Vec::new();
     loop {
         let at = beat.tick().await.into_std();
