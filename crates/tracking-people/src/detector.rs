@@ -12,12 +12,13 @@ use crate::alignment::align;
 use crate::background::Posed;
 use crate::params::TrackerParams;
 use crate::segments::{Segment, Sweep};
-use crate::shape::{Fit, behind, fit, middle};
+use crate::shape::{Fit, centre_behind, fit, middle};
 
 /// What a detection may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// As narrow as a leg: a person has two of them, or it is what is seen of a person who is nearly hidden.
+    /// Something as narrow as a leg. It is one of a person's two legs, or what is seen of a person who is nearly
+    /// hidden.
     Leg,
     /// A trunk, or two legs beside each other: a whole person.
     Trunk,
@@ -41,7 +42,7 @@ pub struct Seen {
     pub detections: Vec<Detection>,
     /// Whether each beam ended on one of them.
     pub of_people: Vec<bool>,
-    /// Where the walls in the scan have shown the robot to be, map frame.
+    /// Pose of the robot after the walls in the scan have been laid on those of the map, map frame.
     pub pose: Pose2,
     /// Covariance of `pose`.
     pub covariance: Matrix3<f64>,
@@ -54,24 +55,24 @@ pub struct Detector {
     params: TrackerParams,
 }
 
-/// A trunk may be wider than its disc by so much, metres: arms, bags.
+/// By how much a trunk may be wider than the disc that stands for a person, metres: with arms and bags it is.
 const WIDER: f64 = 0.25;
-/// A thing that stands alone and is at most this wide is taken for a person whatever its shape, metres. A trunk that is
+/// Up to this width a thing that stands alone may have any shape to be taken for a trunk, metres. A trunk that is
 /// partly hidden shows no shape, and neither do two legs beside each other.
-const SHAPELESS: f64 = 0.45;
-/// Greatest ratio of the squared errors of a circle and of a line for a trunk that stands alone. A short piece of a
-/// wall fits a circle nearly as well as a line.
-const ODDS_ALONE: f64 = 1.5;
-/// The same for one that touches something.
-const ODDS_TOUCHING: f64 = 0.5;
+const ANY_SHAPE_WIDTH: f64 = 0.45;
+/// To be round, a thing that stands alone must fit a circle with less than this many times the squared error of a line.
+const ERROR_RATIO_ALONE: f64 = 1.5;
+/// The ratio for a thing that touches something else. It is less, because a short piece of a wall fits a circle nearly
+/// as well as a line.
+const ERROR_RATIO_TOUCHING: f64 = 0.5;
 /// With fewer beams a circle cannot be told from a line.
 const SHAPE_BEAMS: usize = 4;
-/// What is wider than a person is cut in two so many times at most: sixteen people shoulder to shoulder.
+/// What is wider than a person is cut in two, and each part again, so many times at most: into sixteen pieces.
 const CUTS: usize = 4;
-/// A point so far from every wall of the map belongs to no wall, not even to one that the map shows a little elsewhere,
-/// metres.
+/// A point that is at least so far from every wall of the map belongs to no wall, metres. A nearer one may belong to a
+/// wall that the map shows a little beside its place.
 const STANDS_OUT: f64 = 0.3;
-/// Standard deviation of a centre of which one side is not seen, metres, in addition.
+/// Standard deviation, metres, that comes on top of that of a centre where a side of the thing may be hidden.
 const PARTIAL_SIGMA: f64 = 0.1;
 /// Standard deviation of a centre besides the laser's noise and resolution, metres: no person is a cylinder.
 const LEAST_SIGMA: f64 = 0.03;
@@ -128,9 +129,9 @@ impl Detector {
         seen
     }
 
-    /// How far from the walls of the map a beam ended, metres; 0 if it may have ended on one, within some standard
-    /// deviations of where the robot is and how the laser measures (`sigma`, metres). Nothing where the map does not
-    /// know whether a person can be.
+    /// How far from the walls of the map a beam ended, metres, and `None` where the map is unknown. It is 0 if the beam
+    /// may have ended on a wall, given how well the pose is known (`covariance`). `sigma` is the standard deviation of
+    /// the laser and of the map's walls together, metres.
     fn off_wall(&self, posed: &Posed<'_>, end: Point2, sigma: f64, covariance: &Matrix3<f64>) -> Option<f64> {
         match posed.cell(end) {
             Cell::Unknown => None,
@@ -144,8 +145,8 @@ impl Detector {
         }
     }
 
-    /// Adds a segment to the pieces. One that is wider than a person is cut in two, up to `cuts` times; what is still
-    /// too wide then is left out.
+    /// Adds a segment to the pieces if it is at most as wide as a person. A wider one is cut in two, and so are its
+    /// parts, up to `cuts` times. A part that is then still too wide, or has too few beams to be cut, is left out.
     fn cut(&self, sweep: &Sweep<'_>, segment: Segment, cuts: usize, pieces: &mut Vec<Piece>) {
         let piece = Piece::new(sweep, segment);
         if piece.width <= 2.0 * self.params.radius + WIDER {
@@ -165,8 +166,8 @@ impl Detector {
         }
         let context = Context::new(sweep, &piece.segment);
         let (kind, centre) = match self.trunk(piece, context) {
-            None if context.continued > 0 => return None,
-            None => (Kind::Leg, behind(piece.centre, self.params.leg_radius)),
+            None if context.joined_sides > 0 => return None,
+            None => (Kind::Leg, centre_behind(piece.centre, self.params.leg_radius)),
             Some(trunk) => (Kind::Trunk, trunk_centre(piece, &trunk, context)?),
         };
         let mut sigma = piece.sigma(laser.range_sigma);
@@ -176,8 +177,8 @@ impl Detector {
         Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma })
     }
 
-    /// The disc of a trunk fitted to a piece; nothing if the piece is a leg. A narrow piece is a leg unless it is the
-    /// part that can be seen of a trunk, which is less round.
+    /// The disc of a trunk fitted to a piece, or `None` if the piece is too narrow for a trunk. A narrow piece may
+    /// still be the visible part of a trunk. It then may go on unseen, and fits a trunk's circle better than a leg's.
     fn trunk(&self, piece: &Piece, context: Context) -> Option<Fit> {
         let is_narrow = piece.width <= self.params.leg_width_max;
         if is_narrow && !context.partial {
@@ -202,7 +203,7 @@ fn end(laser: &LaserModel, i: u32, range: f32) -> Point2 {
     Point2::new(range * c, range * s)
 }
 
-/// A segment, or a part of one, that is at most as wide as a person.
+/// A segment, or a part of one, with what is measured of it.
 struct Piece {
     segment: Segment,
     /// Ends of its beams, laser frame.
@@ -220,7 +221,7 @@ impl Piece {
         let points: Vec<Point2> = segment.beams.clone().map(|at| sweep.end(at)).collect();
         let centre = middle(&points);
         let spacing = sweep.gap * hypot(centre.x, centre.y);
-        // The outermost beams end half a gap inside of its edges, on the mean.
+        // On either side the edge of the thing lies half a spacing beyond the outermost beam, on average.
         let width = points[0].distance(points[points.len() - 1]) + spacing;
         Self { segment, points, centre, spacing, width }
     }
@@ -242,8 +243,9 @@ impl Piece {
 struct Context {
     /// Whether the rest of it may be behind something nearer, or outside of the view.
     partial: bool,
-    /// On how many of its sides it goes on in something else: it was cut there, or touches what the map explains.
-    continued: usize,
+    /// On how many of its two sides something else joins on: the other part, if it was cut there, or what the map
+    /// explains, such as a wall.
+    joined_sides: usize,
 }
 
 impl Context {
@@ -251,23 +253,22 @@ impl Context {
         let sides = sweep.sides(segment);
         let partial = sides.iter().any(|side| sweep.goes_unseen(side));
         // If the whole thing is seen and stands out from the walls, it is not part of a wall that it touches.
-        let ends_at_walls =
-            !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
-        let continued = sides.iter().filter(|side| sweep.goes_on(side, ends_at_walls)).count();
-        Self { partial, continued }
+        let is_no_wall = !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
+        let joined_sides = sides.iter().filter(|side| sweep.goes_on(side, is_no_wall)).count();
+        Self { partial, joined_sides }
     }
 }
 
-/// The centre of a piece that is a trunk; nothing if it is none. A piece that goes on in something else is a person
-/// only if it has the shape of one.
+/// The centre of a piece that is a trunk, or `None` if it is none. A piece that is joined on one side is a trunk only
+/// if it is round, and a piece that is joined on both sides is none.
 fn trunk_centre(piece: &Piece, trunk: &Fit, context: Context) -> Option<Point2> {
-    let is_alone = context.continued == 0;
-    let odds = if is_alone { ODDS_ALONE } else { ODDS_TOUCHING };
-    let is_round = piece.shows_shape() && trunk.circle < odds * trunk.line;
-    let is_trunk = is_round && context.continued < 2 || is_alone && piece.width <= SHAPELESS;
+    let is_alone = context.joined_sides == 0;
+    let ratio = if is_alone { ERROR_RATIO_ALONE } else { ERROR_RATIO_TOUCHING };
+    let is_round = piece.shows_shape() && trunk.circle < ratio * trunk.line;
+    let is_trunk = is_round && context.joined_sides < 2 || is_alone && piece.width <= ANY_SHAPE_WIDTH;
     is_trunk.then(|| match is_round || context.partial {
         true => trunk.centre,
-        false => behind(piece.centre, 0.5 * piece.width),
+        false => centre_behind(piece.centre, 0.5 * piece.width),
     })
 }
 

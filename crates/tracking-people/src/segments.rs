@@ -69,10 +69,11 @@ impl Sweep<'_> {
         side.beyond.is_none_or(|at| self.has_met(at) && self.range(at) + self.jump < self.range(side.edge))
     }
 
-    /// Whether a segment goes on in its neighbour on this side, unless that is a wall and it `ends_at_walls`.
-    pub(crate) fn goes_on(&self, side: &Side, ends_at_walls: bool) -> bool {
+    /// Whether a segment goes on in its neighbour on this side. If the segment `is_no_wall`, it does not go on in a
+    /// wall.
+    pub(crate) fn goes_on(&self, side: &Side, is_no_wall: bool) -> bool {
         side.beyond.is_some_and(|at| {
-            let ends = ends_at_walls && self.off_wall(at) == Some(0.0);
+            let ends = is_no_wall && self.off_wall(at) == Some(0.0);
             self.has_met(at) && self.joined(at, side.edge) && !ends
         })
     }

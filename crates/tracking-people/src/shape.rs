@@ -28,15 +28,15 @@ pub(crate) fn middle(points: &[Point2]) -> Point2 {
     Point2::new(x, y)
 }
 
-/// Where the centre of a circle of `radius` is whose front has this middle.
-pub(crate) fn behind(middle: Point2, radius: f64) -> Point2 {
+/// The centre of a circle of `radius`, which lies behind the `middle` of what the laser sees of it.
+pub(crate) fn centre_behind(middle: Point2, radius: f64) -> Point2 {
     let distance = hypot(middle.x, middle.y).max(1e-6);
     middle.toward(Point2::default(), -FRONT * radius / distance)
 }
 
 /// Fits a circle of `radius`, laser frame.
 pub(crate) fn fit(points: &[Point2], radius: f64) -> Fit {
-    let start = behind(middle(points), radius);
+    let start = centre_behind(middle(points), radius);
     let mut centre = start;
     for _ in 0..STEPS {
         // The normal equations: a b c are the symmetric matrix, x y the right-hand side.
