@@ -43,7 +43,8 @@ pub(crate) fn denied(routers: &[ServiceStatus]) -> Vec<Denied> {
             continue;
         }
         if let (Some(who), Some(what)) = (label(sample, "certificate"), label(sample, "message")) {
-            // Routers tell each other all that they know; that a robot's streams are kept out is meant.
+            // A router declares all that it knows to every other router. The rules deny it the streams of robots on
+            // purpose, so that is nothing to report.
             if what == "declare" && who.split('.').next() == Some("router") {
                 continue;
             }

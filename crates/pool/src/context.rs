@@ -183,7 +183,7 @@ fn course(profile: Profile, task: Task, seed: u64, fields: &FieldsOf<'_>) -> Res
     course.map_err(|error| match error {
         CourseError::Field(reject) => reject,
         CourseError::UnknownGenerator { name } => {
-            Refusal::UnknownName { found: name, known: generation::known() }.at("profile.generator")
+            Refusal::UnknownName { found: name, known: generation::generator_names() }.at("profile.generator")
         }
     })
 }

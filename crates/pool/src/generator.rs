@@ -66,7 +66,7 @@ pub fn answer(
     let looks = params.looks_for_landmarks();
     let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
     let Some(kind) = generation::find(&request.generator) else {
-        let known = generation::known();
+        let known = generation::generator_names();
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
     };
     *(kind.iterations)(&mut params.generation) = request.iterations;

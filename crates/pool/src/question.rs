@@ -41,7 +41,7 @@ impl Parameters {
 fn generator_part(profile: &Profile) -> Result<Value, Reject> {
     let mut part = convert::to_value(&profile.generator_part())?;
     let Some(kind) = generation::find(&profile.generator) else { return Ok(part) };
-    let others: Vec<_> = generation::tables_of_others(kind).map(Value::from).collect();
+    let others: Vec<_> = generation::tables_not_read_by(kind).map(Value::from).collect();
     let Value::Map(fields) = &mut part else { unreachable!("a struct is a map") };
     for (name, tables) in fields {
         if let (Some("generation"), Value::Map(tables)) = (name.as_text(), tables) {

@@ -260,7 +260,7 @@ impl Context {
 }
 
 /// The centre of a piece that is a trunk, or `None` if it is none. A piece that is joined on one side is a trunk only
-/// if it is round, and a piece that is joined on both sides is none.
+/// if it is round. A piece that is joined on both sides is none.
 fn trunk_centre(piece: &Piece, trunk: &Fit, context: Context) -> Option<Point2> {
     let is_alone = context.joined_sides == 0;
     let ratio = if is_alone { ERROR_RATIO_ALONE } else { ERROR_RATIO_TOUCHING };

@@ -15,8 +15,9 @@ use crate::generation_stage::{GenerationOutcome, generate};
 use crate::memory::Memory;
 use crate::report::{self, CycleOutcome};
 
-/// Plans once (Alg. 2), as the cycle that `memory.seq` counts. The decision also says what the cycle had to do without.
-/// Each of the two stages, generation and evaluation, has a [`Budget`](curionav_pool::budget::Budget) of time.
+/// Plans one cycle (Alg. 2), whose number is `memory.seq`. Besides the decision, the outcome has what led to it. The
+/// decision also says what the cycle had to do without. Each of the two stages, generation and evaluation, has a
+/// [`Budget`](curionav_pool::budget::Budget) of time.
 pub async fn plan<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
@@ -26,8 +27,10 @@ pub async fn plan<P: Peers>(
     let started = pool.peers.now();
     let id = memory.id();
 
-    // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
+    // What stays the same on the way to one goal.
     let course = &context.course;
+
+    // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
     let moment = Moment { tick: observation.belief.tick, stamp: observation.belief.stamp };
     let belief = convert::belief(&observation.belief);
     let people = convert::people_at(&observation.people, &belief, moment.stamp);
@@ -63,7 +66,8 @@ pub async fn plan<P: Peers>(
     };
     let decision = report::decision(id, &scene, &verdict.decision, evaluated, degraded, timings.total_us);
 
-    // Remember for the next cycle, and for the report of this one.
+    // Remember for the next cycle, and for the report of this one: `gap` counts the planning ticks left out since the
+    // last cycle, and `driven` is the driver's newest command.
     let previous = memory.carried.remember(&verdict.decision, moment.stamp);
     let gap = memory.gap(moment.tick, u64::from(context.mission.order.plan_every));
     let driven = memory.driven.clone();
@@ -90,9 +94,8 @@ pub struct Observation {
 /// count as unknown: they have moved on since, or the robot's clock has started over since they were seen.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
-/// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and
-/// `people` are recent; else what [`plan`] makes of it. Without an outcome the cycle has not planned, and there is
-/// nothing to report.
+/// Makes the decision of one cycle. If the mission is running, `context` is prepared for it and `people` are recent, it
+/// is what [`plan`] decides. Otherwise it is a stop without planning: then there is no outcome, and nothing to report.
 pub async fn decide<P: Peers>(
     pool: &Pool<P>,
     context: Option<&PlanContext>,
@@ -102,7 +105,7 @@ pub async fn decide<P: Peers>(
     people: Option<wire::People>,
 ) -> (wire::Decision, Option<CycleOutcome>) {
     memory.seq += 1;
-    let seen_from = belief.clone();
+    let newest_belief = belief.clone();
     match observe(context, mission, belief, people) {
         Ok((context, observation)) => {
             let (decision, outcome) = plan(pool, context, memory, observation).await;
@@ -110,7 +113,7 @@ pub async fn decide<P: Peers>(
         }
         Err(Failure { reason, degraded }) => {
             memory.carried.observer.forget_progress();
-            (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
+            (report::stop(memory.id(), &newest_belief, mission.order.tick_s, reason, degraded), None)
         }
     }
 }

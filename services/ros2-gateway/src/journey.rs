@@ -1,6 +1,7 @@
-//! From goals of ROS to missions: which mission is under way, and what becomes of the goal that asked for it.
+//! Turns goals of ROS into missions: knows which mission is under way, and how the goal fares that asked for it.
 //!
-//! Pure: what is to be sent is given back, so that every course of events can be tested without a network.
+//! Pure: nothing is sent from here. What has to be sent is returned, so that every course of events can be tested
+//! without a network.
 
 use curionav_planning::geometry::Point2;
 use curionav_ros2::messages::{Time, Uuid};
@@ -14,7 +15,8 @@ use crate::goals::{Goals, Status};
 enum Purpose {
     /// To go somewhere.
     Goal,
-    /// To know where the robot is: it stands meanwhile, and the mission is given up once all services are at work.
+    /// To find out where the robot is. It stands meanwhile, and the mission is cancelled as soon as all services are
+    /// ready for it.
     Localize,
 }
 
@@ -74,8 +76,9 @@ impl Journey {
         self.mission.as_ref()
     }
 
-    /// Whether a mission is under way that moves the robot. Until the driver has answered, the newest may be the one
-    /// that only localises: its state can come before the answer.
+    /// Whether a mission is under way that moves the robot. After the driver has been asked for a mission that only
+    /// localises, none counts until it has answered. The newest mission may be that one: its state can come before the
+    /// answer.
     pub(crate) fn is_engaged(&self) -> bool {
         let may_localize = self.asked.is_some_and(|asked| asked.purpose == Purpose::Localize);
         !may_localize
@@ -115,7 +118,7 @@ impl Journey {
         self.goals.accept(id, now)
     }
 
-    /// A goal of the topic has taken the place of that of the action, if one is under way.
+    /// A goal has come by the topic, so a goal of the action that is under way has failed.
     pub(crate) fn replaced(&mut self) -> Vec<Effect> {
         self.abort("another goal has taken its place")
     }
@@ -135,7 +138,7 @@ impl Journey {
         self.goals.set(Status::Aborted, why).map(|_| Effect::Goals).into_iter().collect()
     }
 
-    /// The robot can go on with nothing: whatever is under way has failed.
+    /// Whatever is under way has failed for the reason `why`, and the robot must not go on with it.
     pub(crate) fn fail(&mut self, why: &str) -> Vec<Effect> {
         let mut effects = self.abort(why);
         if self.asked.take().is_some() || self.is_engaged() {
@@ -156,7 +159,8 @@ impl Journey {
         effects
     }
 
-    /// Goals are being given up: the driver is told, unless it has yet to say which mission is theirs.
+    /// A client gives goals up: the driver is told to cancel. If it has not answered yet which mission is theirs, it is
+    /// told when it answers ([`Self::answered`]).
     pub(crate) fn canceling(&self) -> Vec<Effect> {
         if self.asked.is_some() {
             return vec![Effect::Goals];
@@ -172,7 +176,7 @@ impl Journey {
         tick: u64,
     ) -> Vec<Effect> {
         let Some(asked) = self.asked.filter(|asked| asked.number == number) else {
-            // Of an end, or of an order that another has taken the place of.
+            // It answers the command to end a mission, or an order that a later order has replaced.
             return outcome.map_or_else(|_| Vec::new(), |mission| self.said(mission, tick));
         };
         self.asked = None;
@@ -202,7 +206,7 @@ impl Journey {
                 }
             }
         }
-        // The topic may have been faster than the answer, and what it has said is then newer.
+        // The driver also publishes the mission. If that has come before the answer, it is newer than the answer.
         let newest = self.mission.take_if(|known| Some(id(known)) >= ordered).unwrap_or(mission);
         self.running = None;
         effects.extend(self.said(newest, tick));
@@ -249,7 +253,7 @@ impl Journey {
         };
         let running = id(mission);
         let revision = mission.revision;
-        // A decision of before is about the goal of before.
+        // A decision from before this mission ran is about the previous goal.
         let is_of_it = self.running.is_some_and(|(of, since)| of == running && decision.tick >= since);
         let is_end = decision.arrived && is_of_it && self.is_engaged() && self.ending != Some(running);
         if !is_end {
@@ -260,7 +264,7 @@ impl Journey {
     }
 }
 
-/// What the end of a mission is to its goal, which fares so until now.
+/// How the goal of a mission that has ended fares from now on, and why. `until_now` is how it has fared so far.
 fn end(mission: &Mission, until_now: Option<Status>) -> (Status, String) {
     match &mission.end {
         Some(MissionEnd::Reached) => (Status::Succeeded, String::new()),
@@ -319,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_is_given_up_is_canceled_and_one_that_another_gives_up_has_failed() {
+    fn a_goal_is_canceled_only_if_its_client_gave_it_up() {
         let cancelled = || mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled));
         let mut journey = under_way();
         journey.goals.cancel(&Default::default());
@@ -332,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_is_given_up_before_the_driver_has_answered_never_runs() {
+    fn a_goal_given_up_before_the_driver_answers_never_runs() {
         let mut journey = Journey::default();
         journey.accept(GOAL, NOW);
         journey.asked_to_go(1, false);
@@ -365,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_that_another_orders_takes_the_place_of_the_goal_and_the_base_obeys_it() {
+    fn another_clients_mission_replaces_the_goal_and_moves_the_base() {
         let mut journey = under_way();
         assert_eq!(journey.said(mission(4, MissionState::Preparing, None), 20), [Effect::Goals]);
         assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Aborted, true));
@@ -385,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_topic_says_before_the_answer_moves_no_robot_that_only_localises_and_is_not_forgotten() {
+    fn a_state_that_comes_before_the_answer_is_kept_and_moves_no_localising_robot() {
         let mut journey = Journey::default();
         journey.asked_to_localize(1);
         assert_eq!(journey.said(mission(1, MissionState::Running, None), 5), []);
@@ -409,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_of_a_driver_before_its_restart_is_not_of_the_mission_with_the_same_number() {
+    fn a_restarted_driver_has_new_missions_even_with_the_same_revision() {
         let of_later_run = |state| Mission { run: 2, ..mission(3, state, None) };
         let mut journey = under_way();
         journey.decided(&arrived(12));
@@ -428,7 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_fails_the_goal_but_a_refused_change_is_ordered_anew() {
+    fn a_refused_goal_fails_but_a_refused_change_is_ordered_anew() {
         let reject = || Reject::from(curionav_schemas::Refusal::NoMission);
         let mut journey = Journey::default();
         journey.accept(GOAL, NOW);
@@ -452,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn when_the_clock_is_set_back_or_the_driver_goes_the_goal_has_failed() {
+    fn a_goal_fails_when_the_clock_is_set_back_or_the_driver_goes() {
         let mut journey = under_way();
         let effects = journey.fail("the robot's clock was set back");
         assert_eq!(effects, [Effect::Goals, Effect::Tell(MissionCommand::Cancel), Effect::NoPlan]);

@@ -38,8 +38,9 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     Ok(())
 }
 
-/// Per cell, whether a body of this radius can get there from `from` past walls, unknown space and the cells that are
-/// `taken` (flood fill over the four neighbours).
+/// For each cell, whether a body of this radius can get there from `from`. It must keep its radius clear of walls and
+/// unknown space, and its centre out of the cells that are `taken`. This is a flood fill over the four neighbours of a
+/// cell.
 pub(crate) fn reachable(
     map: &StaticMap,
     from: Point2,
@@ -47,14 +48,15 @@ pub(crate) fn reachable(
     taken: impl Fn(usize) -> bool,
 ) -> Vec<bool> {
     let grid = &map.grid;
-    let wide = radius + std::f64::consts::SQRT_2 * grid.resolution();
+    // The map has the distance between the centres of cells, which may be longer than the clearance by a diagonal.
+    let least_distance = radius + std::f64::consts::SQRT_2 * grid.resolution();
     let mut seen = vec![false; grid.cells().len()];
     let mut open: Vec<usize> =
         grid.locate(from).map(|(column, row)| grid.index(column, row)).into_iter().collect();
     open.iter().for_each(|&index| seen[index] = true);
     while let Some(index) = open.pop() {
         for next in grid.neighbours(index) {
-            if !seen[next] && map.to_obstacle.cell(next) >= wide && !taken(next) {
+            if !seen[next] && map.to_obstacle.cell(next) >= least_distance && !taken(next) {
                 seen[next] = true;
                 open.push(next);
             }
@@ -63,7 +65,7 @@ pub(crate) fn reachable(
     seen
 }
 
-/// Whether a body of this radius can get from `from` to `to` past the same.
+/// Whether a body of this radius can get from `from` to `to`: see [`reachable`].
 pub(crate) fn connected(
     map: &StaticMap,
     from: Point2,

@@ -1,10 +1,14 @@
-//! How candidates come to be (Alg. 1): a tree lives across cycles as a value (D15), and each cycle its
-//! branches, timed and checked, become the candidates (D14).
+//! How candidates are made (Alg. 1). A search tree is kept from cycle to cycle, as a value that a generator gets and
+//! gives back (D15). In each cycle the branches of the tree become the candidates: each is driven at several speeds and
+//! checked for collisions (D14). `docs/methods.md` has D14 and D15.
 //!
-//! Read in this order: [`rrt_star`] (how the tree grows), [`update`] (how it follows the robot),
-//! [`candidates`] (what is offered), [`rollout`] (how a path becomes a trajectory). The baselines are
-//! [`risk_rrt`], [`bi_risk_rrt`] and [`transient_goal`]; what users would take instead are [`mppi`], [`dwa`] and
-//! [`hrvo_robot`].
+//! Read in this order: [`rrt_star`] (how the tree grows), [`update`] (how it follows the robot), [`candidates`] (what
+//! is offered), [`rollout`] (how a path becomes a trajectory). A generator looks at [`Pace`] to see how much of its
+//! time is over. [`Besides`] says which paths are offered that are no branches.
+//!
+//! [`risk_rrt`], [`bi_risk_rrt`] and [`transient_goal`] are the generators of planners that the paper compares with.
+//! [`mppi`], [`dwa`] and [`hrvo_robot`] are common planners, for comparison as well. The last four try out commands,
+//! and `commanded` makes candidates of these. `way_past` finds a way between people who stand in the way.
 
 pub mod bi_risk_rrt;
 pub mod branches;
@@ -39,7 +43,7 @@ pub use generator::{Generated, GenerationInput};
 pub use pace::Pace;
 pub use params::{Besides, CandidateParams, GenerationParams, GeneratorPart, RecoveryParams};
 pub use pose_tree::PoseTree;
-pub use registry::{GENERATORS, GeneratorKind, find, known, tables_of_others};
+pub use registry::{GENERATORS, GeneratorKind, find, generator_names, tables_not_read_by};
 pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;
 pub use rrt_star::{Landmarks, RrtStar, RrtStarParams, SampleSpace};

@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-/// How much of the time for an answer is over, for emergencies only: an answer that is cut short is usable but depends
-/// on the machine.
+/// How much of the time for an answer is over. A generator ends early by it only in an emergency, because an answer
+/// that is cut short depends on the machine.
 pub struct Pace<'a> {
     spent: &'a dyn Fn() -> f64,
     cut: Cell<bool>,

@@ -77,7 +77,8 @@ crate::parameters! {
 }
 
 crate::parameters! {
-    /// Paths that Alg. 1 does not have, each on its own switch: this project adds them, the paper does not (D19).
+    /// Which paths are offered besides the branches of Alg. 1's tree, each with its own switch. This project adds them,
+    /// the paper does not (D19).
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct Besides {

@@ -88,12 +88,12 @@ pub fn find(name: &str) -> Option<&'static GeneratorKind> {
 }
 
 /// Tables of [`GenerationParams`] that only other generators than `kind` read: they need not travel to it.
-pub fn tables_of_others(kind: &GeneratorKind) -> impl Iterator<Item = &'static str> {
+pub fn tables_not_read_by(kind: &GeneratorKind) -> impl Iterator<Item = &'static str> {
     let all = GENERATORS.iter().flat_map(|kind| kind.tables).copied();
     all.filter(|table| !kind.tables.contains(table))
 }
 
-/// The names there are, for messages.
-pub fn known() -> Vec<String> {
+/// The names of all generators, for messages.
+pub fn generator_names() -> Vec<String> {
     GENERATORS.iter().map(|kind| kind.name.to_owned()).collect()
 }

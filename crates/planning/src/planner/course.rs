@@ -45,7 +45,7 @@ pub struct Course {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CourseError<E> {
     /// No generator of that name is built in.
-    #[error("profile.generator: `{name}` is unknown; known: {}", generation::known().join(", "))]
+    #[error("profile.generator: `{name}` is unknown; known: {}", generation::generator_names().join(", "))]
     UnknownGenerator {
         /// The name in the profile.
         name: String,
