@@ -20,6 +20,7 @@ pub struct Memory {
     pub seq: u64,
     /// Tick of the last cycle that planned.
     planned: Option<u64>,
+    /// What planning needs of the cycles before.
     pub(crate) carried: Carried,
     /// The driver's newest command: what became of the decisions before.
     pub(crate) driven: Option<wire::Twist>,

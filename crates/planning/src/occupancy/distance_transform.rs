@@ -44,12 +44,13 @@ impl DistanceField {
         Self { width, height, resolution: grid.resolution(), metres }
     }
 
-    /// Distance of a cell by index, metres.
+    /// Distance from the centre of the cell with this index, metres.
     pub fn cell(&self, index: usize) -> f64 {
         f64::from(self.metres[index])
     }
 
-    /// Distance at a point, of the cell that holds it, metres; 0 outside the grid.
+    /// Distance from the centre of the cell that holds the point, metres; 0 outside the grid. The point itself may be
+    /// nearer: [`Self::clearance`] is never too great.
     pub fn at(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
         grid.locate(p).map_or(0.0, |(c, r)| self.cell(r * self.width + c))
     }
