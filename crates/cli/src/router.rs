@@ -20,8 +20,8 @@ use crate::connect::refused;
 /// Run a Zenoh router, to which services and clients connect.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
-    /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/0.0.0.0:7447, with
-    /// --secure tls/0.0.0.0:7447. With --as router.ROBOT also a socket for the robot's own programs, such as
+    /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/127.0.0.1:7447, for this
+    /// machine alone, and with --secure tls/0.0.0.0:7447, for all networks. With --as router.ROBOT also a socket for the robot's own programs, such as
     /// unixsock-stream//run/curionav/robot.sock.
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
@@ -45,7 +45,7 @@ pub(crate) struct RouterOptions {
 
 pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
     let (mut shutdown, questions) = on_end(options.supervised).map_err(Exit::network)?;
-    let default = if options.secure.is_some() { "tls/0.0.0.0:7447" } else { "tcp/0.0.0.0:7447" };
+    let default = if options.secure.is_some() { "tls/0.0.0.0:7447" } else { "tcp/127.0.0.1:7447" };
     let listen = if options.listen.is_empty() { vec![default.to_owned()] } else { options.listen };
     let settings = RouterSettings {
         listen: &listen,

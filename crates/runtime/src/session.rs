@@ -19,14 +19,15 @@ pub use crate::session_error::SessionError;
 const LINKS: &[&str] = &["tcp", "unixsock-stream", "tls"];
 
 /// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give up
-/// after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
+/// after half a second, room for 16 shards in the queue of a link, room for 4096 connections that have yet to say who they
+/// are, for two seconds each, no message longer than a map of the most cells, no
 /// shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
   queries_default_timeout: 1000,
   adminspace: { enabled: false },
   transport: {
-    unicast: { open_timeout: 1000 },
+    unicast: { open_timeout: 1000, accept_timeout: 2000, accept_pending: 4096 },
     link: { tx: { lease: 1000, keep_alive: 4, queue: { size: { interactive_low: 16 }, congestion_control: {
       block: { wait_before_close: 500000 },
       drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },

@@ -17,5 +17,6 @@ mod scenarios;
 mod secure;
 mod signals;
 mod slow_router;
+mod strangers;
 mod tracked;
 mod two_routers;

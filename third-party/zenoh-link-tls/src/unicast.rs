@@ -613,6 +613,10 @@ async fn accept_task(
                             tracing::error!("{}-{}: {}", file!(), line!(), e)
                         }
                     }
+                    // curionav: a handshake that has failed is the stranger's, and no reason to keep others waiting.
+                    Err(e) if !matches!(e, tls_listener::Error::ListenerError(_)) => {
+                        tracing::debug!("TLS handshake failed: {}", e);
+                    }
                     Err(e) => {
                         tracing::warn!("{}. Hint: increase the system open file limit.", e);
                         // Throttle the accept loop upon an error
