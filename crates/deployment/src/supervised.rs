@@ -34,6 +34,8 @@ pub struct Supervised {
     alive: watch::Receiver<u64>,
     pulse: Pulse,
     restarts: VecDeque<Instant>,
+    /// Whether it waits because it has ended too often.
+    rests: bool,
 }
 
 impl Supervised {
@@ -69,7 +71,7 @@ impl Supervised {
         let metrics = ready.metrics;
         let pulse = Pulse::default();
         let restarts = VecDeque::new();
-        let mut process = Self { name, arguments, metrics, child, alive, pulse, restarts };
+        let mut process = Self { name, arguments, metrics, child, alive, pulse, restarts, rests: false };
         // Started again, it must be where its metrics are looked for.
         if let Some(address) = ready.metrics {
             process.replace("--metrics", &address.to_string());
@@ -117,10 +119,11 @@ impl Supervised {
     }
 
     /// Starts it again whenever it has ended by itself, or was ended because it hung, and ends and starts it when
-    /// `restart` says so.
+    /// `restart` says so. One that ends again and again is started `limit` times within a minute: nothing else ends
+    /// for it. It does not complete.
     ///
     /// # Errors
-    /// Once it has ended by itself or hung more than `limit` times within a minute. It does not complete otherwise.
+    /// If it cannot be asked whether it still runs.
     pub async fn keep_alive(&mut self, program: &Path, limit: usize, restart: &Notify) -> anyhow::Result<()> {
         loop {
             tokio::select! {
@@ -167,8 +170,14 @@ impl Supervised {
             self.restarts.pop_front();
         }
         if self.restarts.len() >= limit {
-            bail!("{} ended {} times within a minute (last: {status}); giving up", self.name, limit + 1);
+            if !std::mem::replace(&mut self.rests, true) {
+                tracing::error!(
+                    process = %self.name, %status, "ended {} times within a minute, rests until that is over", limit + 1
+                );
+            }
+            return Ok(());
         }
+        self.rests = false;
         tracing::warn!(process = %self.name, %status, "ended, started again");
         self.restarts.push_back(now);
         self.start_again(program).await;

@@ -182,3 +182,30 @@ fn status(deployment: &Deployment) -> String {
     let output = curionav(&["status", "--json", "--connect", deployment.endpoint()]);
     String::from_utf8(output.stdout).unwrap()
 }
+
+/// The process of this instance that `supervisor` has started last.
+fn child(supervisor: u32, instance: &str) -> Option<u32> {
+    let parent = format!("PPid:\t{supervisor}\n");
+    let is_it = |pid: &u32| {
+        let read = |file: &str| std::fs::read_to_string(format!("/proc/{pid}/{file}")).unwrap_or_default();
+        read("status").contains(&parent) && read("cmdline").contains(instance)
+    };
+    let processes = std::fs::read_dir("/proc").unwrap().flatten();
+    processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok()).find(is_it)
+}
+
+#[test]
+fn a_spare_that_dies_again_and_again_ends_nothing_else() {
+    let _turn = turn();
+    let deployment = Deployment::of("max_restarts_per_minute = 2\n[replicas]\ncnc = 2\n", &[]);
+    let supervisor = deployment.supervisor();
+    let mut died = None;
+    for _ in 0..=2 {
+        assert!(comes_true(|| child(supervisor, "cnc-1").is_some_and(|pid| Some(pid) != died)));
+        died = child(supervisor, "cnc-1");
+        signal("KILL", died.unwrap());
+    }
+    assert!(comes_true(|| !is_alive(died.unwrap())));
+    assert_eq!(run(QUICK, &["--connect", deployment.endpoint()]).1, 0);
+    assert!(is_alive(supervisor) && child(supervisor, "cnc-1").is_none(), "it rests, and nothing else does");
+}

@@ -29,7 +29,7 @@ pub(super) struct Deployment {
     ros2_config: Option<PathBuf>,
     /// How many processes of each kind.
     pub(super) replicas: Replicas,
-    /// Restarts of one process within a minute before the deployment is given up.
+    /// Restarts of one process within a minute; it then rests until one of them is a minute ago.
     pub(super) max_restarts_per_minute: usize,
 }
 
