@@ -16,14 +16,15 @@ use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 use zenoh::Session;
 
+use crate::heartbeat;
 use crate::metrics::Metrics;
 
 /// What Prometheus takes for OpenMetrics.
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-/// Connections at a time: Prometheus holds one, a probe another.
-const CONNECTIONS_MAX: usize = 16;
+/// Connections at a time: Prometheus holds one, a probe another, and strangers keep neither out.
+const CONNECTIONS_MAX: usize = 256;
 /// One question and its answer. A client that takes longer is cut off.
-const CONNECTION_TIMEOUT: Duration = Duration::from_secs(5);
+const CONNECTION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// A socket that listens on `address`.
 ///
@@ -94,7 +95,8 @@ async fn answer(
     let (status, body) = match request.uri().path() {
         _ if !reads => (StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD\n".into()),
         "/metrics" => (StatusCode::OK, metrics.text()),
-        "/livez" => (StatusCode::OK, "alive\n".into()),
+        "/livez" if heartbeat::works() => (StatusCode::OK, "alive\n".into()),
+        "/livez" => (StatusCode::SERVICE_UNAVAILABLE, "it hangs\n".into()),
         "/readyz" => match session.info().routers_zid().await.next() {
             Some(_) => (StatusCode::OK, "ready\n".into()),
             None => (StatusCode::SERVICE_UNAVAILABLE, "no router\n".into()),

@@ -15,7 +15,7 @@ use zenoh::Session;
 use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
 use crate::fields::Fields;
-use crate::heartbeat::beat;
+use crate::heartbeat::{beat, notify};
 use crate::metrics_endpoint;
 use crate::robot_limits::Base;
 use crate::secure;
@@ -139,6 +139,7 @@ pub struct ProcessLine {
 impl Ready {
     /// Prints the line, flushed. A closed standard output is only worth a warning.
     pub fn print(&self) {
+        notify("READY=1");
         let mut out = std::io::stdout().lock();
         let printed = serde_json::to_string(self)
             .map_err(std::io::Error::from)

@@ -3,8 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::os::unix::net::UnixDatagram;
+use std::process::Stdio;
+use std::time::Duration;
 
-use super::program::{Deployment, LIMIT, Serving, comes_true, curionav, run, turn};
+use super::program::{Deployment, LIMIT, Serving, comes_true, command, curionav, run, signal, turn};
 use crate::deploy_files::documented_metrics;
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -134,4 +137,41 @@ fn a_bad_address_is_refused_before_any_router_is_looked_for() {
     std::fs::write(file.path(), "slots = 1\nmetrics = \"everywhere\"\n").unwrap();
     let (status, error) = said(&["cpc", "--config", file.path().to_str().unwrap()]);
     assert!(status == Some(2) && error.contains("line 2") && error.contains("metrics"), "{error}");
+}
+
+#[test]
+fn a_service_manager_is_told_that_a_process_is_ready_and_then_that_it_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("notify");
+    let manager = UnixDatagram::bind(&path).unwrap();
+    manager.set_read_timeout(Some(LIMIT)).unwrap();
+    let mut router = command(&["router", "--listen", "tcp/127.0.0.1:0"])
+        .env("NOTIFY_SOCKET", &path)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut told = [0; 64];
+    for expected in ["READY=1", "WATCHDOG=1", "WATCHDOG=1"] {
+        let length = manager.recv(&mut told).unwrap();
+        assert_eq!(std::str::from_utf8(&told[..length]), Ok(expected));
+    }
+    signal("STOP", router.id());
+    while manager.set_read_timeout(Some(Duration::from_secs(3))).is_ok() && manager.recv(&mut told).is_ok() {}
+    signal("CONT", router.id());
+    manager.set_read_timeout(Some(LIMIT)).unwrap();
+    assert!(manager.recv(&mut told).is_ok(), "it works again, and says so");
+    router.kill().unwrap();
+    router.wait().unwrap();
+}
+
+#[test]
+fn strangers_that_say_nothing_keep_no_probe_out() {
+    let _turn = turn();
+    let router = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0"]);
+    let metrics = ["--metrics", "127.0.0.1:0"];
+    let service = Serving::start(&[&["cnc", "--connect", router.endpoint()], &metrics[..]].concat());
+    let idle: Vec<TcpStream> = (0..100).map(|_| TcpStream::connect(service.metrics()).unwrap()).collect();
+    assert_eq!(get(service.metrics(), "/livez").1, "alive\n");
+    drop(idle);
 }
