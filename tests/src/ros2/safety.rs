@@ -112,3 +112,46 @@ fn a_second_publisher_of_velocities_and_another_type_are_named() {
         services.stop().await;
     });
 }
+
+#[test]
+fn a_robot_that_a_service_stops_stands_until_it_is_resumed_whatever_goal_comes() {
+    in_turn(async {
+        let (_router, endpoint) = robots_router().await;
+        let services = services("r1", &endpoint, "/r1").await;
+        let (robot, _map) = driving(&endpoint).await;
+        let ask = ros::TriggerRequest { structure_needs_at_least_one_member: 0 };
+        let stopped: ros::TriggerResponse = robot.peer.call("curionav/stop", &ask).await;
+        assert!(stopped.success && stopped.message == "paused", "{stopped:?}");
+        robot.commands.that(is_zero).await;
+        let diagnoses = robot.peer.hear::<ros::DiagnosticArray>("/diagnostics", Qos::DEFAULT);
+        robot.peer.put("goal_pose", &goal("map", FAR.0, FAR.1 - 0.5));
+        let paused = |said: &ros::DiagnosticArray| said.status[0].message.contains("is paused");
+        let said = diagnoses.that(paused).await;
+        assert_eq!(said.status[0].hardware_id, "r1");
+        locked(&robot.commands.messages).clear();
+        until(|| robot.commands.count() >= 10).await;
+        assert!(locked(&robot.commands.messages).iter().all(is_zero), "it moves although it is paused");
+        let resumed: ros::TriggerResponse = robot.peer.call("curionav/resume", &ask).await;
+        assert!(resumed.success, "{resumed:?}");
+        robot.commands.that(|said| said.twist.linear.x > 0.3).await;
+        services.stop().await;
+    });
+}
+
+#[test]
+fn a_clock_that_is_set_back_a_little_stops_the_robot_until_it_has_gone_right_for_a_while() {
+    in_turn(async {
+        let (_router, endpoint) = robots_router().await;
+        let services = services("r1", &endpoint, "/r1").await;
+        let (robot, _map) = driving(&endpoint).await;
+        let diagnoses = robot.peer.hear::<ros::DiagnosticArray>("/diagnostics", Qos::DEFAULT);
+        // Less than what ends the run, and more than any link brings late.
+        robot.back_ms.store(400, Ordering::Relaxed);
+        println!("told to stand after {:.2} s", told_to_stand(&robot).await);
+        let named =
+            |said: &ros::DiagnosticArray| said.status[0].message.contains("clock jumps, crawls or stands");
+        diagnoses.that(named).await;
+        robot.commands.that(|said| said.twist.linear.x > 0.3).await;
+        services.stop().await;
+    });
+}
