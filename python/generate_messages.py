@@ -229,6 +229,8 @@ def array_hint(field: Field) -> str:
         arguments.append("high=2**32 - 1")
     elif field.says("not negative"):
         arguments.append("low=0.0")
+    if field.says("or NaN"):
+        arguments.append("nan=True")
     if limit:
         arguments.append(f"limit={limit}")
     return f"Annotated[{element.upper()}, Array({', '.join(arguments)})]"

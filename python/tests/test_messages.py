@@ -18,8 +18,10 @@ from curionav.messages import (
     InjectRequest,
     MissionCommand,
     People,
+    Pose,
     Reject,
     RunStatus,
+    Scan,
     Scores,
     Tree,
 )
@@ -272,3 +274,34 @@ def test_numpy_values_in_free_form_parameters_become_plain_numbers() -> None:
     with pytest.raises(EncodeError) as error:
         replace(request, scenario={"a": [{"b": object()}]}).encode()
     assert error.value.field == "scenario.a[0].b"
+
+
+def scan(beams: int = 181, step: float = np.pi / 180, **changed: Any) -> Scan:
+    """A scan of a laser that says what it sees."""
+    fields = {"range_min": 0.1, "range_max": 10.0, "laser": Pose(x=0.2, y=0.0, heading=0.0), **changed}
+    ranges = fields.pop("ranges", np.full(beams, 3.0))
+    return Scan(tick=0, stamp=0.0, angle_min=-1.5, angle_increment=step, ranges=ranges, **fields)
+
+
+def test_a_scan_that_contradicts_itself_is_refused_with_the_numbers() -> None:
+    for good in (scan(1, 0.0), scan(361), scan(361, -np.pi / 180), scan(range_min=None)):
+        assert Scan.decode(good.encode()).range_min == good.range_min
+    far = Pose(x=1e6, y=0.0, heading=0.0)
+    contradictory: list[tuple[Callable[[], Scan], str]] = [
+        (lambda: scan(181, 0.0), "181 beams that are 0 rad apart sweep 0 rad"),
+        (lambda: scan(361, 1.0), "361 beams that are 1 rad apart sweep 360 rad"),
+        (lambda: scan(laser=far), "laser.distance: 1000000 is not within 0 to 5"),
+        (lambda: scan(range_min=10.0), "range_min: 10 is not within 0 to 10"),
+        (lambda: scan(2, ranges=np.array([np.inf, 1.0])), "ranges[0]"),
+        (lambda: scan(2, ranges=np.array([1.0, -1.0])), "ranges[1]"),
+    ]
+    for bad, said in contradictory:
+        with pytest.raises(EncodeError) as error:
+            bad().encode()
+        assert said in str(error.value)
+
+
+def test_a_range_that_is_no_number_says_nothing() -> None:
+    sent = scan(6, 0.1, ranges=np.array([np.nan, 0.0, 0.05, 3.0, 10.0, 25.0]))
+    read = Scan.decode(sent.encode())
+    assert np.isnan(read.ranges[0]) and read.met().tolist() == [False, False, True, True, False, False]

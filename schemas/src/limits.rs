@@ -57,5 +57,7 @@ pub const MAX_TRACE_COLUMNS: usize = 64;
 pub const MAX_ITEMS: usize = 65_536;
 /// Nesting of arrays, maps and tags. The deepest message nests 6; free-form parameters may add ten.
 pub const MAX_DEPTH: usize = 16;
+/// Farthest that a laser may sit from the robot's centre, m: no service robot is larger.
+pub const MAX_LASER_DISTANCE: f64 = 5.0;
 /// Largest magnitude of a number with a meaning (metres, seconds, costs): products of a few stay finite.
 pub const MAX_MAGNITUDE: f64 = 1e12;

@@ -150,6 +150,8 @@ pub enum CommandReason {
     Tracking,
     /// It follows the decision as far as what the laser sees close by allows: it brakes.
     TooClose,
+    /// It follows the decision as fast as lets it stop within what the laser has seen in the last second: it brakes.
+    WayUnseen,
     /// It stops: the arbiter believes that the robot is at the goal.
     Arrived,
     /// It stops, as decided.
@@ -186,6 +188,18 @@ pub enum CommandReason {
     ScanTooOld,
     /// It stops: the scan's stamp lies ahead of the robot's clock.
     ScanOfAnotherRun,
+    /// It stops: the newest scans are refused, because they contradict themselves.
+    BlindRefused,
+    /// It stops: the scan looks over a smaller angle than the robot's file declares.
+    BlindNarrow,
+    /// It stops: the scanner reaches less far than the robot's file declares.
+    BlindShort,
+    /// It stops: fewer of the scan's beams say anything than the robot's file declares.
+    BlindSilent,
+    /// It stops: scans come less often than the robot's file declares.
+    BlindRare,
+    /// It stops: the scan shows free floor where the map has walls well within its range.
+    BlindMap,
 }
 
 impl CommandReason {
@@ -196,7 +210,20 @@ impl CommandReason {
 
     /// Whether a command given for this reason follows a decision.
     pub fn follows(self) -> bool {
-        matches!(self, Self::Tracking | Self::TooClose)
+        matches!(self, Self::Tracking | Self::TooClose | Self::WayUnseen)
+    }
+
+    /// Whether it stops because the laser sees too little.
+    pub fn is_blind(self) -> bool {
+        matches!(
+            self,
+            Self::BlindRefused
+                | Self::BlindNarrow
+                | Self::BlindShort
+                | Self::BlindSilent
+                | Self::BlindRare
+                | Self::BlindMap
+        )
     }
 }
 

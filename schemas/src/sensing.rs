@@ -1,10 +1,10 @@
 //! What the robot senses: laser scan, odometry, people.
 
 use crate::check::{
-    array, checks, each, length, non_negative, number, numbers, optional, part, planar_covariances, positive,
+    array, checks, each, length, non_negative, number, optional, part, planar_covariances, positive, within,
 };
-use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
-use crate::{F32Array, F64Array, Pose, U32Array};
+use crate::limits::{MAX_BEAMS, MAX_LASER_DISTANCE, MAX_MAGNITUDE, MAX_PEOPLE};
+use crate::{F32Array, F64Array, Pose, Refusal, Reject, U32Array};
 use serde::{Deserialize, Serialize};
 
 /// One sweep of the laser.
@@ -18,21 +18,79 @@ pub struct Scan {
     pub angle_min: f64,
     /// From one beam to the next, rad; negative for a laser that turns clockwise.
     pub angle_increment: f64,
+    /// What is nearer than this is not measured, m; absent: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_min: Option<f64>,
     /// Range, m.
     pub range_max: f64,
     /// Pose of the laser in the robot frame.
     pub laser: Pose,
-    /// Range of each beam, m; `range_max` means that it hit nothing.
+    /// Range of each beam, m; `range_max` or more: it hit nothing; NaN or 0: it says nothing; less than `range_min`:
+    /// it hit something there.
     pub ranges: F32Array,
+}
+
+/// Beams are counted as a full turn although they overlap by this much, rad: rounding.
+const TURN_ROUNDING: f64 = 1e-6;
+
+/// Refuses beams that all look one way, and those that look over more than a turn and one step.
+fn sweeps(beams: usize) -> impl Fn(&str, &f64) -> Result<(), Reject> {
+    move |field, increment| {
+        if beams < 2 {
+            return Ok(());
+        }
+        let step = increment.abs();
+        let gaps = (beams - 1) as f64;
+        let widest = std::f64::consts::TAU / (gaps - 1.0).max(1.0) + TURN_ROUNDING;
+        if step > 0.0 && step <= widest {
+            return Ok(());
+        }
+        let detail = format!("{beams} beams that are {increment} rad apart sweep {} rad", gaps * step);
+        Err(Refusal::invalid(format!("{detail}; a scan sweeps more than 0 and at most a turn and a step"))
+            .at(field))
+    }
+}
+
+/// Refuses a laser that sits farther from the robot than any robot is large.
+fn mounted(field: &str, laser: &Pose) -> Result<(), Reject> {
+    let distance = laser.x.hypot(laser.y);
+    within(0.0, MAX_LASER_DISTANCE)(&format!("{field}.distance"), &distance)
+}
+
+/// Refuses a least range that is not less than the greatest.
+fn below(most: f64) -> impl Fn(&str, &f64) -> Result<(), Reject> {
+    move |field, least| {
+        if *least < most {
+            return Ok(());
+        }
+        Err(Refusal::OutOfRange { found: *least, least: 0.0, most }.at(field))
+    }
+}
+
+/// Refuses what is neither a distance nor NaN.
+fn range(field: &str, range: &f32) -> Result<(), Reject> {
+    if range.is_nan() { Ok(()) } else { non_negative(field, range) }
+}
+
+/// Every range. Without an early exit the loop runs several at a time; the place is looked up only on refusal.
+fn ranges(field: &str, ranges: &F32Array) -> Result<(), Reject> {
+    let good = |one: &f32| one.is_nan() | ((*one >= 0.0) & (f64::from(*one) <= MAX_MAGNITUDE));
+    if ranges.iter().fold(true, |all, one| all & good(one)) {
+        return Ok(());
+    }
+    each(range)(field, ranges)
 }
 
 checks! { scan: Scan {
     stamp, angle_min, angle_increment: number;
+    angle_increment: sweeps(scan.ranges.len());
     range_max: positive;
+    range_min: optional(non_negative);
+    range_min: optional(below(scan.range_max));
     laser: part;
+    laser: mounted;
     ranges: length(1, MAX_BEAMS);
-    ranges: numbers;
-    ranges: each(non_negative);
+    ranges: ranges;
 }}
 
 /// Dead reckoning since the robot was switched on.
@@ -109,3 +167,58 @@ checks! { people: People {
     age: optional(array(people.id.len()));
     age: optional(each(non_negative));
 }}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Validate;
+
+    fn scan(beams: usize, angle_increment: f64) -> Scan {
+        Scan {
+            tick: 0,
+            stamp: 0.0,
+            angle_min: -1.5,
+            angle_increment,
+            range_min: Some(0.1),
+            range_max: 10.0,
+            laser: Pose { x: 0.2, y: 0.0, heading: 0.0 },
+            ranges: vec![3.0; beams].into(),
+        }
+    }
+
+    #[test]
+    fn what_contradicts_itself_is_refused_with_the_numbers() {
+        let degree = 1.0_f64.to_radians();
+        for good in [scan(1, 0.0), scan(181, degree), scan(361, degree), scan(361, -degree), scan(2, 0.1)] {
+            assert_eq!(good.validate(), Ok(()));
+        }
+        let far = Pose { x: 1e6, y: 0.0, heading: 0.0 };
+        // No step, degrees instead of radians, two turns, a laser on another robot, a least range that is none.
+        let contradictory = [
+            (scan(181, 0.0), "181 beams that are 0 rad apart sweep 0 rad"),
+            (scan(361, 1.0), "361 beams that are 1 rad apart sweep 360 rad"),
+            (scan(361, -2.0 * degree), "sweep 12.566"),
+            (Scan { laser: far, ..scan(181, degree) }, "laser.distance: 1000000 is not within 0 to 5"),
+            (Scan { range_min: Some(10.0), ..scan(181, degree) }, "range_min: 10 is not within 0 to 10"),
+        ];
+        for (scan, said) in contradictory {
+            let reject = scan.validate().unwrap_err().to_string();
+            assert!(reject.contains(said), "{reject}");
+        }
+    }
+
+    #[test]
+    fn a_range_may_be_no_number_but_not_negative_or_infinite() {
+        let with = |range: f32| {
+            let mut scan = scan(181, 0.01);
+            scan.ranges.0[7] = range;
+            scan.validate().map_err(|reject| reject.field)
+        };
+        for range in [f32::NAN, 0.0, 0.05, 25.0] {
+            assert_eq!(with(range), Ok(()), "{range}");
+        }
+        for range in [-0.1, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(with(range), Err(Some("ranges[7]".into())), "{range}");
+        }
+    }
+}

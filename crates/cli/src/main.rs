@@ -2,6 +2,7 @@
 //! its arguments and their help.
 
 mod about;
+mod blind;
 mod connect;
 mod demo;
 mod denied;

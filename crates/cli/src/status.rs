@@ -13,6 +13,7 @@ use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
+use crate::blind::blindness;
 use crate::connect::{ConnectOptions, LOOKS, refused};
 use crate::denied::{denied, label, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
@@ -74,6 +75,9 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         let problems = status.metrics.keys().filter_map(|sample| Problem::of_sample(sample));
         for problem in problems {
             print(format_args!("{} {}: {}", status.role, status.instance, problem.sentence()))?;
+        }
+        if let Some(why) = blindness(status) {
+            print(format_args!("{} {}: {why}", status.role, status.instance))?;
         }
     }
     for one in &denied {

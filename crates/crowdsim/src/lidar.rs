@@ -3,7 +3,7 @@
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{atan2, sin_cos};
 use curionav_planning::occupancy::{RayCaster, StaticMap};
-use curionav_planning::random::{Rng, standard_normal};
+use curionav_planning::random::{Rng, standard_normal, uniform};
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
 
@@ -33,6 +33,15 @@ pub fn scan(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies, 
         (if range < range_max { (range + noise).clamp(0.0, range_max) } else { range_max }) as f32
     });
     noisy.collect()
+}
+
+/// Makes each beam say nothing by this chance, whatever the others do.
+pub fn silence(ranges: &mut [f32], share: f64, rng: &mut Rng) {
+    for range in ranges {
+        if uniform(rng) < share {
+            *range = f32::NAN;
+        }
+    }
 }
 
 /// What a laser without noise measures, metres.

@@ -11,7 +11,7 @@ use curionav_planning::scene::People;
 
 use crate::crowds::populated;
 use crate::legs::legs;
-use crate::lidar::{Bodies, scan};
+use crate::lidar::{Bodies, scan, silence};
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
@@ -25,6 +25,7 @@ use curionav_planning::time_to_collision::time_to_collision;
 const START_STREAM: u64 = 0x5354_4152_0000_0000;
 const ODOMETRY_STREAM: u64 = 0x4f44_4f4d_0000_0000;
 const LASER_STREAM: u64 = 0x4c41_5345_0000_0000;
+const LASER_FAULT_STREAM: u64 = 0x4641_554c_0000_0000;
 
 /// Draws of a true start that is clear of walls and people before the nominal one is taken.
 const START_DRAWS: usize = 1000;
@@ -39,7 +40,7 @@ pub struct Observation {
     pub tick: u64,
     /// Robot's clock, seconds.
     pub stamp: f64,
-    /// One range a beam, metres; `range_max` where nothing was met.
+    /// One range a beam, metres; `range_max` where nothing was met, NaN from a beam that says nothing.
     pub ranges: Vec<f32>,
     /// Pose in the odometry frame, which begins at the origin and drifts.
     pub odometry: Pose2,
@@ -171,10 +172,16 @@ impl World {
         let mut noise = rng(self.seed, LASER_STREAM + self.tick);
         let pose = self.plant.pose;
         let what = self.scenario.perception.people;
+        let mut ranges = scan(&self.scenario.laser, &self.map, pose, &self.bodies(), &mut noise);
+        let silent_share = self.scenario.laser_faults.silent_share;
+        if silent_share > 0.0 {
+            let mut chance = rng(self.seed, LASER_FAULT_STREAM + self.tick);
+            silence(&mut ranges, silent_share, &mut chance);
+        }
         Observation {
             tick: self.tick,
             stamp: self.time(),
-            ranges: scan(&self.scenario.laser, &self.map, pose, &self.bodies(), &mut noise),
+            ranges,
             odometry: self.plant.odometry,
             twist: self.plant.twist,
             people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),

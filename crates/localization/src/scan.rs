@@ -1,5 +1,6 @@
 //! One laser scan, the pieces that its beams make, and the choice of beams an update uses.
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::sensor::LaserModel;
@@ -9,8 +10,7 @@ use crate::params::LocalizerParams;
 /// One sweep of the laser.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan<'a> {
-    /// Metres, in the order of the beams. Beams of at least `range_max` met nothing on all their way; those
-    /// that are not positive or not a number say nothing.
+    /// Metres, in the order of the beams; [`Beam`] says what they mean.
     pub ranges: &'a [f32],
     /// The scanner they came from.
     pub laser: LaserModel,
@@ -61,11 +61,14 @@ impl Selection {
             let i = k * available / used + offset;
             let range = f64::from(ranges[i]);
             let (sin, cos) = sin_cos(model.robot_from_laser.heading + model.bearing(i as u32));
+            if !Beam::of(ranges[i], 0.0, model.range_max).speaks() {
+                continue;
+            }
             let seen = range.min(model.range_max) - params.agreement_distance;
             if k % FREE_EVERY == turn as usize % FREE_EVERY && seen > 0.0 {
                 selection.free.push(Point2::new(laser.x + seen * cos, laser.y + seen * sin));
             }
-            if !meets_something(range, model.range_max) {
+            if !meets_something(ranges[i], model.range_max) {
                 continue;
             }
             selection.ends.push(Point2::new(laser.x + range * cos, laser.y + range * sin));
@@ -83,8 +86,8 @@ impl Selection {
     }
 }
 
-fn meets_something(range: f64, range_max: f64) -> bool {
-    range > 0.0 && range < range_max - 1e-6
+fn meets_something(range: f32, range_max: f64) -> bool {
+    matches!(Beam::of(range, 0.0, range_max), Beam::Obstacle(_))
 }
 
 /// Of the selected beams every n-th is checked for having passed through walls: neighbours tell the same.
@@ -114,8 +117,8 @@ impl Pieces {
             let range = f64::from(ranges[i]);
             let joins = i > 0 && {
                 let last = f64::from(ranges[i - 1]);
-                meets_something(last, range_max)
-                    && meets_something(range, range_max)
+                meets_something(ranges[i - 1], range_max)
+                    && meets_something(ranges[i], range_max)
                     && (range - last).abs() <= JUMP + JUMP_PER_METRE * range.min(last)
             };
             if !joins {
@@ -153,6 +156,11 @@ mod tests {
         ranges.fill(f32::NAN);
         seen = select(&ranges, 0);
         assert!(seen.ends.is_empty() && seen.pieces.is_empty());
+        // What says nothing has not seen a free way either, and a failed beam is no obstacle.
+        assert!(seen.free.is_empty());
+        ranges.fill(0.0);
+        seen = select(&ranges, 0);
+        assert!(seen.ends.is_empty() && seen.free.is_empty());
     }
 
     #[test]

@@ -52,6 +52,7 @@
 //! | geometry, and mathematics and random numbers that agree everywhere | [`geometry`], [`numerics`], [`random`] |
 
 pub mod arbitration;
+pub mod beam;
 pub mod candidates;
 pub mod collision;
 pub mod collision_risk;

@@ -1,6 +1,7 @@
 //! What has a schema of Foxglove's: poses, paths, transforms, grids, scans and logs. Frames: `map`, and one named
 //! after each robot, which stands where the robot believes it is.
 
+use curionav_planning::beam::Beam;
 use curionav_planning::numerics::sin_cos;
 use curionav_schemas::{self as wire, Action, words};
 use foxglove::messages::{
@@ -67,7 +68,8 @@ fn poses_in_frame(poses: impl Iterator<Item = [f64; 3]>, time: u64) -> PosesInFr
 }
 
 /// What the laser sees, in the robot's frame. The schema knows detections and no greatest range: a beam that hit
-/// nothing is infinitely long, which is drawn nowhere, where `range_max` would be drawn as a wall.
+/// nothing is infinitely long, which is drawn nowhere, where `range_max` would be drawn as a wall. A beam that says
+/// nothing is no number.
 pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
     let last = scan.ranges.len().saturating_sub(1) as f64;
     let wire::Pose { x, y, heading } = scan.laser;
@@ -80,8 +82,11 @@ pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
         ranges: scan
             .ranges
             .iter()
-            .map(|range| f64::from(*range))
-            .map(|range| if range < scan.range_max { range } else { f64::INFINITY })
+            .map(|range| match Beam::of(*range, scan.range_min.unwrap_or(0.0), scan.range_max) {
+                Beam::Silent => f64::NAN,
+                Beam::Obstacle(metres) => metres,
+                Beam::Free(_) => f64::INFINITY,
+            })
             .collect(),
         intensities: Vec::new(),
     }

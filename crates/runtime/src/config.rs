@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::robot_limits::{Base, RobotLimits};
+use crate::scanner_limits::ScannerLimits;
 
 /// Most slots of one replica: more than machines have cores.
 pub const SLOTS_MAX: u32 = 1024;
@@ -57,6 +58,8 @@ pub struct ServiceConfig {
     pub takes_turns: bool,
     /// What the robot can do, and what no mission can widen (driver).
     pub limits: Option<RobotLimits>,
+    /// What the robot's laser sees at least (driver, ros2-gateway).
+    pub scanner: Option<ScannerLimits>,
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
     /// (driver).
     pub simulated_base: bool,
@@ -91,6 +94,7 @@ impl Default for ServiceConfig {
             in_process: true,
             takes_turns: false,
             limits: None,
+            scanner: None,
             simulated_base: false,
             take_over: false,
             ros2: None,
@@ -139,6 +143,14 @@ impl ServiceConfig {
         }
         if let Some(limits) = &self.limits {
             limits.check().map_err(|fault| anyhow!("{}", fault.below("limits")))?;
+        }
+        if let Some(scanner) = &self.scanner {
+            scanner.check().map_err(|fault| anyhow!("{}", fault.below("scanner")))?;
+            if self.simulated_base {
+                bail!(
+                    "scanner: is given, but the base is simulated, whose laser is that of the scenario; leave it out"
+                );
+            }
         }
         Ok(())
     }
@@ -208,6 +220,16 @@ mod tests {
         let wrong = limits.replace("radius = 0.3", "radius = 0.0");
         let error = toml::from_str::<ServiceConfig>(&wrong).unwrap().check().unwrap_err();
         assert!(error.to_string().starts_with("limits.radius: is 0"), "{error}");
+    }
+
+    #[test]
+    fn what_a_scanner_should_see_is_within_reason_and_of_a_real_robot() {
+        let said =
+            |text: &str| toml::from_str::<ServiceConfig>(text).unwrap().check().unwrap_err().to_string();
+        assert!(said("[scanner]\nfov = 180.0").starts_with("scanner.fov: is 180"));
+        assert!(said("simulated_base = true\n[scanner]").starts_with("scanner: is given, but"));
+        let config: ServiceConfig = toml::from_str("[scanner]\nvalid_share = 0.2").unwrap();
+        assert_eq!(config.scanner.unwrap(), ScannerLimits { valid_share: 0.2, ..ScannerLimits::default() });
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub mod query;
 pub mod ready;
 pub mod robot_limits;
 pub mod robot_service;
+pub mod scanner_limits;
 pub mod secure;
 pub mod serve;
 pub mod session;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Scan, Twist};
+use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Reject, Scan, Twist};
 
 use crate::topic::Inbox;
 
@@ -53,6 +53,11 @@ impl<M: Ticked> Latest<M> {
             self.newest = Some(message);
         }
         self.newest.as_ref()
+    }
+
+    /// Why the newest that has arrived was refused, if it was.
+    pub fn refused(&self) -> Option<Reject> {
+        self.inbox.refused()
     }
 
     /// Everything that has arrived, in order; the last one is kept as the newest.

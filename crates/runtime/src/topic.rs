@@ -1,8 +1,8 @@
 //! Typed publish/subscribe.
 
 use std::marker::PhantomData;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use curionav_schemas::{Clock, Message, Reject};
 use zenoh::key_expr::KeyExpr;
@@ -12,6 +12,7 @@ use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::byte_ring::ByteRing;
+use crate::locked::locked;
 use crate::serve::ServeCounts;
 
 /// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep the robot waits for what its
@@ -145,6 +146,8 @@ pub struct Inbox<M> {
     refusing: Refusing,
     /// Which messages are read; the others are passed over.
     accept: Option<Accept<M>>,
+    /// Why the newest message that was read is none, if it is.
+    newest_refused: Mutex<Option<Reject>>,
 }
 
 /// Whether a message is read.
@@ -173,7 +176,8 @@ impl<M: Message> Inbox<M> {
             })
             .wait()
             .map_err(TopicError::on(key))?;
-        Ok(Self { _subscriber: subscriber, waiting, refusing, accept: None })
+        let newest_refused = Mutex::default();
+        Ok(Self { _subscriber: subscriber, waiting, refusing, accept: None, newest_refused })
     }
 
     /// The same, but of the messages that come only those are read that `accept` takes.
@@ -184,8 +188,15 @@ impl<M: Message> Inbox<M> {
     }
 
     fn decode(&self, bytes: &[u8]) -> Option<M> {
-        let message = M::decode(bytes, None).inspect_err(|reject| self.refusing.refuse(reject)).ok()?;
+        let decoded = M::decode(bytes, None).inspect_err(|reject| self.refusing.refuse(reject));
+        *locked(&self.newest_refused) = decoded.as_ref().err().cloned();
+        let message = decoded.ok()?;
         self.accept.as_ref().is_none_or(|accept| accept(&message)).then_some(message)
+    }
+
+    /// Why the newest message that was read was refused; nothing if it was not.
+    pub fn refused(&self) -> Option<Reject> {
+        locked(&self.newest_refused).clone()
     }
 
     /// The next message in order; `None` once the session is closed. Cancel-safe.

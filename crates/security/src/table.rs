@@ -77,7 +77,7 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/decision",
                 ],
             ),
-            may(Verb::Ask, &["robot/{robot}/lease/request"]),
+            may(Verb::Ask, &["robot/{robot}/lease/request", "map/*"]),
             may(
                 Verb::Serve,
                 &[

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::occupancy::{Cell, StaticMap};
@@ -84,8 +85,7 @@ impl Detector {
     }
 
     /// What is seen of people by a scan, for a robot that is at `pose` on the map with this covariance (x, y,
-    /// heading). `ranges` are those of the beams of `laser`; a range that is not positive, or not
-    /// below the laser's greatest, says nothing.
+    /// heading). `ranges` are those of the beams of `laser`; [`Beam`] says what they mean.
     pub fn see(&self, ranges: &[f32], laser: &LaserModel, pose: Pose2, covariance: &Matrix3<f64>) -> Seen {
         let count = ranges.len().min(laser.beams as usize);
         let ranges = &ranges[..count];
@@ -193,7 +193,7 @@ impl Detector {
 
 /// Whether a beam met something.
 fn meets_something(range: f32, laser: &LaserModel) -> bool {
-    range > 0.0 && f64::from(range) < laser.range_max - 1e-6
+    matches!(Beam::of(range, 0.0, laser.range_max), Beam::Obstacle(_))
 }
 
 /// Where beam `i` ended, laser frame: at the greatest range if it met nothing.

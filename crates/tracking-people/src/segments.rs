@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::Point2;
 
 /// A run of beams that the map does not explain and that ended on one thing.
@@ -64,9 +65,17 @@ impl Sweep<'_> {
         [Side { edge: start, beyond: before }, Side { edge: end - 1, beyond: after }]
     }
 
-    /// Whether a segment may go on unseen on this side: behind something nearer, or outside of the view.
+    /// Whether a segment may go on unseen on this side: behind something nearer, outside of the view, or where the
+    /// next beam says nothing.
     pub(crate) fn goes_unseen(&self, side: &Side) -> bool {
-        side.beyond.is_none_or(|at| self.has_met(at) && self.range(at) + self.jump < self.range(side.edge))
+        side.beyond.is_none_or(|at| {
+            let is_hidden = self.has_met(at) && self.range(at) + self.jump < self.range(side.edge);
+            is_hidden || !self.speaks(at)
+        })
+    }
+
+    fn speaks(&self, position: usize) -> bool {
+        Beam::of(self.ranges[self.beam(position)], 0.0, f64::INFINITY).speaks()
     }
 
     /// Whether a segment goes on in its neighbour on this side. If the segment `is_no_wall`, it does not go on in a

@@ -30,6 +30,7 @@ class Array(FieldType):
         low: Least element.
         high: Greatest element.
         limit: Greatest length of the first dimension.
+        nan: Whether an element may be NaN.
     """
 
     def __init__(
@@ -39,12 +40,14 @@ class Array(FieldType):
         low: float = -MAX_MAGNITUDE,
         high: float = MAX_MAGNITUDE,
         limit: int = 2**32,
+        nan: bool = False,
     ) -> None:
         self.tag, self.dtype = _ELEMENTS[element]
         self.dims = dims
         self.low = low
         self.high = high
         self.limit = limit
+        self.nan = nan
 
     def _shape(self, size: int, scope: Scope) -> tuple[int, ...]:
         """The shape of ``size`` elements; binds a length met for the first time."""
@@ -66,7 +69,12 @@ class Array(FieldType):
         # A NaN makes both comparisons false.
         if array.size and not (array.min() >= self.low and array.max() <= self.high):
             flat = array.reshape(-1)
-            index = int(np.flatnonzero(~((flat >= self.low) & (flat <= self.high)))[0])
+            good = (flat >= self.low) & (flat <= self.high)
+            if self.nan:
+                good |= np.isnan(flat)
+            if good.all():
+                return array
+            index = int(np.flatnonzero(~good)[0])
             found = float(flat[index])
             if not abs(found) <= MAX_MAGNITUDE:
                 raise Fault("not_finite", f"[{index}]")

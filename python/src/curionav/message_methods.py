@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .array import F64, I8, U32
+from .array import F32, F64, I8, U32
 from .errors import DecodeError
 from .field_types import MAX_MAGNITUDE, Fault, FieldType, Integer, Scope, at, expected, wrong
 from .record import Record, field_type
@@ -30,6 +32,38 @@ class Polygon(Record):
         """Three vertices at least."""
         if len(self.x) < 3:
             raise Fault("too_few", "x", found=len(self.x), least=3)
+
+
+MAX_LASER_DISTANCE = 5.0
+"""Farthest that a laser may sit from the robot's centre, m."""
+
+
+class Scan(Record):
+    """A sweep of a laser."""
+
+    angle_increment: float
+    range_min: float | None
+    range_max: float
+    laser: messages.Pose
+    ranges: F32
+
+    def check(self) -> None:
+        """It does not contradict itself."""
+        beams, step = len(self.ranges), abs(self.angle_increment)
+        if beams > 1 and not 0.0 < step <= math.tau / max(beams - 2.0, 1.0) + 1e-6:
+            swept = f"{beams} beams that are {self.angle_increment:g} rad apart sweep {(beams - 1) * step:g} rad"
+            detail = f"{swept}; a scan sweeps more than 0 and at most a turn and a step"
+            raise Fault("invalid", "angle_increment", detail=detail)
+        if self.range_min is not None and self.range_min >= self.range_max:
+            raise Fault("out_of_range", "range_min", found=self.range_min, least=0.0, most=self.range_max)
+        distance = math.hypot(self.laser.x, self.laser.y)
+        if distance > MAX_LASER_DISTANCE:
+            raise Fault("out_of_range", "laser.distance", found=distance, least=0.0, most=MAX_LASER_DISTANCE)
+
+    def met(self) -> NDArray[np.bool_]:
+        """By beam: whether it met something. A range of NaN or 0 says nothing; one of ``range_max`` met nothing."""
+        greatest = min(self.range_max - 1e-6, float(np.float32(self.range_max)))
+        return np.asarray((self.ranges > 0.0) & (self.ranges < greatest))
 
 
 class People(Record):

@@ -141,8 +141,8 @@ def body(model: RobotModel) -> rr.Cylinders3D | rr.Mesh3D:
 
 def scan(message: Scan) -> rr.Points3D:
     """The beams that hit something, in the robot's frame."""
-    ranges = np.asarray(message.ranges)
-    hit = ranges < message.range_max
+    hit = message.met()
+    ranges = np.maximum(np.asarray(message.ranges), message.range_min or 0.0)
     angles = message.laser.heading + message.angle_min + message.angle_increment * np.flatnonzero(hit)
     x = message.laser.x + ranges[hit] * np.cos(angles)
     y = message.laser.y + ranges[hit] * np.sin(angles)

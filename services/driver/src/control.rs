@@ -8,6 +8,7 @@ use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
 use crate::proximity::guard;
+use crate::seen_way::SeenWay;
 
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
@@ -21,6 +22,10 @@ pub struct Inputs<'a> {
     pub belief: Option<(&'a Belief, &'a Odometry)>,
     /// Newest scan, and odometry of its tick.
     pub scan: Option<(&'a Scan, &'a Odometry)>,
+    /// Why the newest scan shows too little, if it does.
+    pub blind: Option<CommandReason>,
+    /// What the laser has seen lately.
+    pub seen: &'a SeenWay,
     /// Newest decision.
     pub decision: Option<&'a Decision>,
     /// The belief it was made from, while that is remembered.
@@ -85,6 +90,9 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
     let made_from = inputs.made_from.ok_or(CommandReason::DecisionBeliefUnknown)?;
     let stop = [CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun];
     is_current(now - belief.stamp, ages.belief, stop)?;
+    if let Some(blind) = inputs.blind {
+        return Err(blind);
+    }
     let (scan, at_scan) = inputs.scan.ok_or(CommandReason::NoScan)?;
     is_current(now - scan.stamp, ages.scan, [CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun])?;
     let reference = convert::trajectory(decision, made_from).map_err(|_| CommandReason::DecisionInvalid)?;
@@ -93,9 +101,12 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
         .compose(pose_of(at_belief).relative(pose_of(odometry)));
     let wanted = track(&reference, decision_age, pose, moving, robot, period);
     let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
-    let guarded = guard(wanted, scan, scan_from_robot, stopping, period);
+    let seen = inputs.seen.slowed(wanted, pose_of(odometry), now, stopping, period);
+    let guarded = guard(seen, scan, scan_from_robot, stopping, period);
     Ok(if guarded == wanted {
         Command { twist: wanted, reason: CommandReason::Tracking }
+    } else if guarded == seen {
+        Command { twist: stopping.limit(moving, seen, period), reason: CommandReason::WayUnseen }
     } else {
         Command { twist: stopping.limit(moving, guarded, period), reason: CommandReason::TooClose }
     })
@@ -116,7 +127,7 @@ pub fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
     robot.limit(moving, Twist { v, omega }, period)
 }
 
-fn pose_of(odometry: &Odometry) -> Pose2 {
+pub(crate) fn pose_of(odometry: &Odometry) -> Pose2 {
     Pose2::new(odometry.x, odometry.y, odometry.heading)
 }
 
@@ -138,6 +149,8 @@ mod tests {
             scan: Some((scan, odometry)),
             decision: Some(decision),
             made_from: Some(belief),
+            blind: None,
+            seen: &SeenWay::ALL,
             robot,
             stopping: robot,
             ages: Ages::DEFAULT,

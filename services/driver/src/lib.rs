@@ -7,9 +7,12 @@ mod command_counts;
 pub mod control;
 pub mod decision_fence;
 mod lease;
+mod lookout;
 mod mission_keys;
 pub mod mission_state;
 pub mod proximity;
+pub mod seen_way;
 mod service;
+pub mod sight;
 
 pub use service::run;

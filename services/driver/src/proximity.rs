@@ -1,5 +1,6 @@
 //! The last line of defence: the raw scan against where the command leads.
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
 use curionav_schemas::Scan;
@@ -49,12 +50,17 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
 /// End points of the beams that met something, as the robot sees them now: those within `reach` metres.
 fn points(scan: &Scan, scan_from_robot: Pose2, reach: f64) -> Vec<Point2> {
     let laser = Pose2::new(scan.laser.x, scan.laser.y, scan.laser.heading);
-    let ranges = scan.ranges.iter().enumerate();
-    let hits = ranges.filter(|(_, r)| f64::from(**r) < scan.range_max - 1e-3);
-    hits.map(|(i, r)| {
+    let least = scan.range_min.unwrap_or(0.0);
+    let hits = scan.ranges.iter().enumerate().filter_map(|(i, range)| {
+        match Beam::of(*range, least, scan.range_max) {
+            Beam::Obstacle(metres) => Some((i, metres)),
+            Beam::Silent | Beam::Free(_) => None,
+        }
+    });
+    hits.map(|(i, metres)| {
         let bearing = scan.angle_min + scan.angle_increment * i as f64;
         let (s, c) = curionav_planning::numerics::sin_cos(bearing);
-        let then = laser.transform(Point2::new(f64::from(*r) * c, f64::from(*r) * s));
+        let then = laser.transform(Point2::new(metres * c, metres * s));
         scan_from_robot.inverse_transform(then)
     })
     .filter(|p| p.distance(Point2::default()) < reach)
@@ -80,6 +86,7 @@ mod tests {
             stamp: 0.0,
             angle_min: -std::f64::consts::FRAC_PI_2,
             angle_increment: increment,
+            range_min: None,
             range_max: 10.0,
             laser: Pose { x: 0.0, y: 0.0, heading: 0.0 },
             ranges,

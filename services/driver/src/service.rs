@@ -25,6 +25,7 @@ use crate::command_counts::CommandCounts;
 use crate::control::{Inputs, braking, command, on_arrival};
 use crate::decision_fence::DecisionFence;
 use crate::lease::{Keeper, Standing, release};
+use crate::lookout::{Lookout, Sensed};
 use crate::mission_keys::MissionKeys;
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
@@ -45,6 +46,7 @@ struct Driver {
     scans: Latest<Scan>,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
+    lookout: Lookout,
     /// Shared with the queryable that tells which decision is followed.
     fence: watch::Sender<DecisionFence>,
     odometry_of: BTreeMap<u64, Odometry>,
@@ -65,7 +67,7 @@ struct Driver {
 /// Drives one robot until `shutdown`; `on_ready` is called once it takes missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready, .. } = start;
+        let Start { config, session, fields, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("driver", config, session) => service?,
@@ -85,6 +87,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
             last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
         })?;
+        let lookout = Lookout::new(&base, config.scanner, fields);
         let driver = Driver {
             base,
             missions,
@@ -95,6 +98,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             scans: Latest::new(service.inbox("scan")?),
             decisions: Latest::new(service.inbox("decision")?),
             commands: service.topic("cmd", Flow::Control)?,
+            lookout,
             service,
             fence,
             odometry_of: BTreeMap::new(),
@@ -109,6 +113,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let service_control = driver.service.session_of("cmd").clone();
         let mut metrics = driver.service.metrics();
         driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
+        driver.lookout.register(&mut metrics);
         let announced = driver.service.announce(metrics)?;
         on_ready(announced.metrics_address());
         let control = service_control;
@@ -247,6 +252,7 @@ impl Driver {
             self.fence.send_modify(DecisionFence::lapse);
         }
         if let Some(reason) = self.barred(&mission) {
+            self.lookout.rest();
             let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &stopping, period);
             self.publish(&mission, &odometry, twist, reason);
             return;
@@ -261,15 +267,26 @@ impl Driver {
             ("decision", decision.map(|d| d.stamp)),
         ];
         self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
+        let ages = self.base.ages();
+        let sensed = Sensed {
+            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
+            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
+            refused: self.scans.refused(),
+            now: odometry.stamp,
+            age_max: ages.scan,
+        };
+        let blind = self.lookout.look(&sensed, &mission, robot.radius());
         let command = command(&Inputs {
             odometry: &odometry,
-            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
-            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
+            belief: sensed.belief,
+            scan: sensed.scan,
+            blind,
+            seen: self.lookout.seen(),
             decision,
             made_from: decision.and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
             stopping: &stopping,
-            ages: self.base.ages(),
+            ages,
             period,
             on_its_way,
         });
@@ -290,6 +307,7 @@ impl Driver {
             self.forget();
         }
         self.begun = (mission.run, mission.revision);
+        self.lookout.begin(&mission);
         let readiness = self.service.readiness(mission.revision, &Ok(()));
         if let Err(reject) = self.keys.change(|current| current.readiness(readiness)) {
             tracing::warn!(%reject, "the mission changed before the driver was ready");
@@ -306,6 +324,7 @@ impl Driver {
         self.clock.iter_mut().for_each(BaseClock::clear);
         self.told = None;
         self.reason = None;
+        self.lookout.forget();
         self.fence.send_modify(DecisionFence::lapse);
     }
 
@@ -355,6 +374,9 @@ impl Driver {
         let twist = self.base.clamp(twist, &convert::robot_model(&mission.order.robot_model));
         // A clock that has begun anew makes every reason a new one.
         let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= stamp);
+        if lasting.is_none() {
+            tracing::debug!(reason = reason.code(), stamp, "commands are given for another reason");
+        }
         let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, stamp)));
         let (epoch, seq) = self.fence.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
         let (lease, _) = self.keys.standing();

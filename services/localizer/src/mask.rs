@@ -23,7 +23,7 @@ impl Mask {
         Self { detector, noise, belief, odometry: None }
     }
 
-    /// The ranges without those of people: a beam that is no number says nothing.
+    /// The ranges without those of people, whose beams count as free.
     pub(crate) fn apply(&self, scan: &Scan<'_>, odometry: Pose2) -> Vec<f32> {
         let motion = self.odometry.map_or_else(Pose2::default, |last| last.relative(odometry));
         let travel = motion.position().distance(Pose2::default().position());
@@ -34,7 +34,7 @@ impl Mask {
         scan.ranges
             .iter()
             .zip(of_people)
-            .map(|(range, person)| if person { f32::NAN } else { *range })
+            .map(|(range, person)| if person { f32::INFINITY } else { *range })
             .collect()
     }
 
@@ -87,9 +87,9 @@ mod tests {
         // What is believed holds for where odometry was then: 1 m back, of which nothing else tells.
         mask.believe(Belief { pose: Pose2::new(1.0, 5.0, 0.0), ..belief }, Pose2::new(7.0, 7.0, 0.0));
         let masked = mask.apply(&Scan { ranges: &ranges, laser }, Pose2::new(8.0, 7.0, 0.0));
-        let silent: Vec<usize> = (0..181).filter(|i| masked[*i].is_nan()).collect();
+        let silent: Vec<usize> = (0..181).filter(|i| masked[*i].is_infinite()).collect();
         let person: Vec<usize> = (0..181).filter(|i| ranges[*i] < 1.8).collect();
         assert_eq!(silent, person);
-        assert!((0..181).all(|i| masked[i].is_nan() || masked[i] == ranges[i]));
+        assert!((0..181).all(|i| masked[i].is_infinite() || masked[i] == ranges[i]));
     }
 }

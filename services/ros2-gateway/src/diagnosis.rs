@@ -81,7 +81,8 @@ pub(crate) fn status(
 pub(crate) fn stopped(reason: CommandReason) -> Option<Problem> {
     use CommandReason::{Arrived, MissionNotRunning, Paused, ToldToStop};
     let is_meant = matches!(reason, Arrived | MissionNotRunning | Paused | ToldToStop);
-    let stops = !reason.follows() && !is_meant;
+    // That the laser is blind is said of the laser.
+    let stops = !reason.follows() && !is_meant && !reason.is_blind();
     stops.then(|| Problem::new(ProblemKind::Stopped, "driver", words::say("command_reason", &reason)))
 }
 

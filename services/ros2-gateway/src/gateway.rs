@@ -2,7 +2,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
@@ -413,7 +413,7 @@ impl Gateway {
     /// The driver has said what to do.
     pub(crate) fn commanded(&mut self, command: &wire::Twist) {
         self.reason = Some(command.reason);
-        self.parts.gate.command(Twist { v: command.v, omega: command.omega });
+        self.parts.robot_state.commanded(command);
     }
 
     /// The robot is to be paused, or to go on.

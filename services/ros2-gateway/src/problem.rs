@@ -14,6 +14,8 @@ pub enum ProblemKind {
     NotUsed,
     /// Nothing is heard on it any more, for which the robot stands.
     Silent,
+    /// The driver takes the laser for blind, for which the robot stands.
+    Blind,
     /// Odometry does not come as often as the limits say.
     Rate,
     /// The driver has refused a mission.
@@ -28,11 +30,12 @@ pub enum ProblemKind {
 
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::SecondPublisher,
         Self::OtherType,
         Self::NotUsed,
         Self::Silent,
+        Self::Blind,
         Self::Rate,
         Self::Refused,
         Self::Awaited,
@@ -47,6 +50,7 @@ impl ProblemKind {
             Self::OtherType => "other_type",
             Self::NotUsed => "not_used",
             Self::Silent => "silent",
+            Self::Blind => "blind",
             Self::Rate => "rate",
             Self::Refused => "refused",
             Self::Awaited => "awaited",
@@ -62,6 +66,7 @@ impl ProblemKind {
             Self::OtherType => "has another type elsewhere:",
             Self::NotUsed => "is not used:",
             Self::Silent => "is silent, so the robot stands:",
+            Self::Blind => "shows too little, so the robot stands:",
             Self::Rate => "does not come as often as limits.tick_s says:",
             Self::Refused => "is refused:",
             Self::Awaited => "is awaited:",

@@ -11,8 +11,10 @@ use curionav_runtime::convert;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Counter, Tally};
 use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::scanner_limits::ScannerLimits;
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Clock, Odometry, People, Scan};
+use curionav_schemas::words::say;
+use curionav_schemas::{self as wire, Clock, Odometry, People, Scan};
 
 use crate::config::Ros2Config;
 use crate::diagnosis::Rate;
@@ -64,6 +66,8 @@ pub(crate) struct RobotState {
     /// When the log last had a line about a topic, and what, unless that is over.
     said: Mutex<BTreeMap<String, (Instant, String)>>,
     ticks: Counter,
+    /// Least share of a scan's beams that say anything.
+    valid_share: f64,
     /// What is wrong.
     pub(crate) problems: Arc<Mutex<Problems>>,
 }
@@ -76,6 +80,7 @@ impl RobotState {
     pub(crate) fn new(
         config: &Ros2Config,
         tick_s: f64,
+        scanner: &ScannerLimits,
         service: &RobotService,
         gate: Arc<Gate>,
         noted: Noted,
@@ -94,6 +99,7 @@ impl RobotState {
             said: Mutex::default(),
             refused: noted.refused,
             ticks: noted.ticks,
+            valid_share: scanner.valid_share,
             problems: noted.problems,
         })
     }
@@ -154,7 +160,8 @@ impl RobotState {
 
     /// A scan waits for the next odometry, which says where the robot was when it was taken.
     pub(crate) fn scan(&mut self, scan: &ros::LaserScan) {
-        let read = sensing::scan(scan, &self.frames, &self.config.frames.base).and_then(|wire| {
+        let read = sensing::scan(scan, &self.frames, &self.config.frames.base, self.valid_share);
+        let read = read.and_then(|wire| {
             let seen = convert::scan(&wire, self.config.mission.range_sigma);
             let (_, laser) = seen.map_err(|reject| Fault::unusable(reject.to_string()))?;
             let (stamp, _) = self.fresh(scan.header.stamp)?;
@@ -165,6 +172,19 @@ impl RobotState {
             self.laser = Some(laser);
             self.waiting = Some(scan);
         }
+    }
+
+    /// The driver has said what to do, and perhaps that it takes the laser for blind.
+    pub(crate) fn commanded(&self, command: &wire::Twist) {
+        self.gate.command(Twist { v: command.v, omega: command.omega });
+        let topic = self.config.resolve(&self.config.topics.scan);
+        if !command.reason.is_blind() {
+            locked(&self.problems).clear(ProblemKind::Blind, &topic);
+            return;
+        }
+        let problem = Problem::new(ProblemKind::Blind, topic.clone(), say("command_reason", &command.reason));
+        locked(&self.problems).set(problem.clone());
+        self.say(topic, problem.sentence());
     }
 
     /// Odometry makes the ticks; whether it says that the clock has been set back, which ends the run.

@@ -1,45 +1,41 @@
 //! What the robot senses, from ROS to curionav.
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
-use curionav_schemas::Scan;
 use curionav_schemas::limits::MAX_MAP_CELLS;
+use curionav_schemas::{Scan, Validate};
 
 use crate::config::Frames;
 use crate::fault::Fault;
 use crate::frames::{FrameTree, Mount, planar};
 
-/// A scan of which a greater share of the beams is no number shows too little to drive by.
-const BLIND_SHARE: f32 = 0.5;
+/// How far `angle_max` may be off, steps of the scan: drivers of lasers count the beams or the gaps between them.
+const ANGLE_MAX_SLACK: f64 = 1.01;
 /// How far the frame of odometry may lie from the robot's, m and rad.
 const SAME_PLACE: f64 = 0.01;
 
-/// A scan as curionav has it, of no tick yet. A range that is infinite, too great, or below what the scanner can
-/// measure, counts as one that hit nothing, as ROS has it (REP 117); one that is minus infinity as one that hit
-/// something at the least range. A beam that is no number says nothing, and counts as one that hit nothing too, but a
-/// scan with many of them is refused.
+/// A scan as curionav has it, of no tick yet. [`Beam`] says what its ranges mean. At least `valid_share` of them have
+/// to say anything.
 ///
 /// # Errors
-/// If the scan is none, if it is not known where the scanner is, or if the scanner leans.
-pub(crate) fn scan(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Result<Scan, Fault> {
-    let angle_min = f64::from(scan.angle_min);
-    let increment = f64::from(scan.angle_increment);
-    let least = scan.range_min;
-    let most = scan.range_max;
-    if ![scan.angle_min, scan.angle_increment, least, most].into_iter().all(f32::is_finite)
-        || least < 0.0
-        || most <= least
-    {
-        return Err(Fault::malformed("the scan's angles and ranges describe no scanner"));
-    }
-    if scan.ranges.is_empty() {
-        return Err(Fault::unusable("the scan has no beams"));
-    }
-    let lost = scan.ranges.iter().filter(|range| range.is_nan()).count();
-    if lost as f32 > BLIND_SHARE * scan.ranges.len() as f32 {
-        let detail = format!("{lost} of {} beams are no number: the scanner sees nothing", scan.ranges.len());
+/// If the scan is none or contradicts itself, if it is not known where the scanner is, if the scanner leans, or if
+/// too few beams say anything.
+pub(crate) fn scan(
+    scan: &ros::LaserScan,
+    frames: &FrameTree,
+    base: &str,
+    valid_share: f64,
+) -> Result<Scan, Fault> {
+    let least = f64::from(scan.range_min);
+    let most = f64::from(scan.range_max);
+    is_coherent(scan)?;
+    let beams = scan.ranges.iter().map(|range| Beam::of(*range, least, most));
+    let speaking = beams.clone().filter(|beam| beam.speaks()).count();
+    if (speaking as f64) < valid_share * scan.ranges.len() as f64 {
+        let detail = format!("{speaking} of {} beams say anything: it sees too little", scan.ranges.len());
         return Err(Fault::unusable(detail));
     }
     let frame = &scan.header.frame_id;
@@ -47,22 +43,40 @@ pub(crate) fn scan(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Res
     let mount = Mount::of(&found);
     let mount =
         mount.ok_or_else(|| Fault::unusable(format!("the scanner `{frame}` leans: it is not planar")))?;
-    let ranges = scan.ranges.iter().map(|range| match *range {
-        range if range == f32::NEG_INFINITY => least,
-        range if range >= least && range <= most => range,
-        _ => most,
-    });
     // Seen from above, a scanner that hangs turns the other way.
     let side = if mount.is_upside_down { -1.0 } else { 1.0 };
-    Ok(Scan {
+    let wire = Scan {
         tick: 0,
         stamp: 0.0,
-        angle_min: side * angle_min,
-        angle_increment: side * increment,
-        range_max: f64::from(most),
+        angle_min: side * f64::from(scan.angle_min),
+        angle_increment: side * f64::from(scan.angle_increment),
+        range_min: Some(least),
+        range_max: most,
         laser: convert::pose_to_wire(mount.pose),
-        ranges: ranges.collect::<Vec<_>>().into(),
-    })
+        ranges: beams.map(Beam::range).collect::<Vec<_>>().into(),
+    };
+    wire.validate().map_err(|reject| Fault::unusable(reject.to_string()))?;
+    Ok(wire)
+}
+
+/// Whether a scan's description of itself makes sense.
+fn is_coherent(scan: &ros::LaserScan) -> Result<(), Fault> {
+    let ros::LaserScan { angle_min, angle_max, angle_increment, range_min, range_max, .. } = *scan;
+    let numbers = [angle_min, angle_max, angle_increment, range_min, range_max];
+    if !numbers.into_iter().all(f32::is_finite) || range_min < 0.0 || range_max <= range_min {
+        return Err(Fault::malformed("the scan's angles and ranges describe no scanner"));
+    }
+    if scan.ranges.is_empty() {
+        return Err(Fault::unusable("the scan has no beams"));
+    }
+    let gaps = (scan.ranges.len() - 1) as f64;
+    let last = f64::from(angle_min) + f64::from(angle_increment) * gaps;
+    if (f64::from(angle_max) - last).abs() > ANGLE_MAX_SLACK * f64::from(angle_increment).abs() {
+        let beams = scan.ranges.len();
+        let detail = format!("angle_max is {angle_max}, but {beams} beams end at {last:.3} rad");
+        return Err(Fault::malformed(detail));
+    }
+    Ok(())
 }
 
 /// Pose and motion of odometry.
@@ -147,6 +161,7 @@ mod tests {
         ros::LaserScan {
             header: Header { frame_id: "laser".into(), ..Header::default() },
             angle_min: -0.5,
+            angle_max: -0.75 + 0.25 * ranges.len() as f32,
             angle_increment: 0.25,
             range_min: 0.1,
             range_max: 10.0,
@@ -156,11 +171,28 @@ mod tests {
     }
 
     #[test]
-    fn ranges_mean_what_ros_says_that_they_mean() {
-        let said = said(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, 12.0, 3.0]);
-        let scan = scan(&said, &tree(LEVEL), "base_link").unwrap();
-        assert_eq!(scan.ranges.to_vec(), [10.0, 0.1, 10.0, 10.0, 10.0, 3.0]);
+    fn ranges_mean_what_every_reader_takes_them_for() {
+        let said = said(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, 12.0, 3.0, 0.05]);
+        let scan = scan(&said, &tree(LEVEL), "base_link", 0.5).unwrap();
+        let silent: Vec<usize> = (0..7).filter(|i| scan.ranges[*i].is_nan()).collect();
+        assert_eq!(silent, [2, 3]);
+        assert_eq!(scan.ranges[..2], [10.0, 0.1]);
+        assert_eq!(scan.ranges[4..], [10.0, 3.0, 0.1]);
         assert_eq!((convert::pose(scan.laser), scan.angle_min), (Pose2::new(0.2, 0.0, 0.0), -0.5));
+    }
+
+    #[test]
+    fn no_scan_that_sees_nothing_becomes_free_floor() {
+        let free = |ranges: &[f32]| {
+            let found = scan(&said(ranges), &tree(LEVEL), "base_link", 0.0).unwrap();
+            found.ranges.iter().filter(|range| **range >= 10.0).count()
+        };
+        // All 0, all nearer than the scanner measures, half of them no number, all nearer than anything.
+        assert_eq!([free(&[0.0; 8]), free(&[0.05; 8]), free(&[f32::NEG_INFINITY; 8])], [0; 3]);
+        assert_eq!(free(&[f32::NAN, 10.0, f32::NAN, 10.0]), 2);
+        let refused = |ranges: &[f32], share: f64| scan(&said(ranges), &tree(LEVEL), "base_link", share);
+        assert!(refused(&[0.0; 8], 0.5).is_err() && refused(&[f32::NAN; 8], 0.01).is_err());
+        assert!(refused(&[f32::NAN, 1.0, f32::NAN, 1.0], 0.5).is_ok());
     }
 
     #[test]
@@ -176,8 +208,8 @@ mod tests {
         // The same wall, once from the right to the left and once the other way.
         let said = said(&[1.0, 2.0, 3.0, 4.0, 5.0]);
         let hung = ros::LaserScan { ranges: said.ranges.iter().rev().copied().collect(), ..said.clone() };
-        let upright = ends(&scan(&said, &up, "base_link").unwrap());
-        let mut hanging = ends(&scan(&hung, &down, "base_link").unwrap());
+        let upright = ends(&scan(&said, &up, "base_link", 0.5).unwrap());
+        let mut hanging = ends(&scan(&hung, &down, "base_link", 0.5).unwrap());
         hanging.reverse();
         assert!(upright.iter().zip(&hanging).all(|(a, b)| a.distance(*b) < 1e-9), "{upright:?} {hanging:?}");
     }
@@ -185,17 +217,24 @@ mod tests {
     #[test]
     fn a_scan_that_cannot_be_used_is_refused_with_the_reason() {
         let tree = tree(LEVEL);
-        let fault = |said: &ros::LaserScan| scan(said, &tree, "base_link").unwrap_err().to_string();
+        let fault = |said: &ros::LaserScan| scan(said, &tree, "base_link", 0.5).unwrap_err().to_string();
         let elsewhere = ros::LaserScan {
             header: Header { frame_id: "camera".into(), ..Header::default() },
             ..said(&[1.0])
         };
         assert_eq!(fault(&elsewhere), "no transform leads from the frame `camera` to `base_link`");
-        assert!(fault(&said(&[f32::NAN, f32::NAN, 1.0])).starts_with("2 of 3 beams are no number"));
+        assert!(fault(&said(&[f32::NAN, f32::NAN, 1.0])).starts_with("1 of 3 beams say anything"));
         assert!(fault(&said(&[])).contains("no beams"));
+        let contradictory = ros::LaserScan { angle_max: 1.57, ..said(&[1.0; 3]) };
+        assert_eq!(fault(&contradictory), "angle_max is 1.57, but 3 beams end at 0.000 rad");
+        let degrees =
+            ros::LaserScan { angle_min: -180.0, angle_max: 180.0, angle_increment: 1.0, ..said(&[1.0; 361]) };
+        assert!(fault(&degrees).contains("361 beams that are 1 rad apart sweep 360 rad"));
+        let still = ros::LaserScan { angle_max: -0.5, angle_increment: 0.0, ..said(&[1.0; 3]) };
+        assert!(fault(&still).contains("3 beams that are 0 rad apart sweep 0 rad"));
         assert!(fault(&ros::LaserScan { range_max: f32::NAN, ..said(&[1.0]) }).contains("no scanner"));
         let leaning = self::tree(Quaternion { x: 0.5, w: 0.75_f64.sqrt(), ..Quaternion::default() });
-        assert!(scan(&said(&[1.0]), &leaning, "base_link").unwrap_err().to_string().contains("leans"));
+        assert!(scan(&said(&[1.0]), &leaning, "base_link", 0.5).unwrap_err().to_string().contains("leans"));
     }
 
     #[test]

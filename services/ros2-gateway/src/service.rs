@@ -69,6 +69,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
         let Told { ros2, limits, orders } = Told::read(config)?;
+        let scanner = config.scanner.unwrap_or_default();
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control(keys::ROS2_GATEWAY, config, session) => service?,
@@ -103,7 +104,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         }
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
         let graph = Graph::follow(&robots, domain, &noted.refused)?;
-        let robot_state = RobotState::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), noted)?;
+        let robot_state =
+            RobotState::new(&ros2, limits.tick_s, &scanner, &service, Arc::clone(&gate), noted)?;
         let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers, &lease)?;
         let publishers = Publishers::new(&node, &ros2)?;
         let used = used(&ros2);

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use curionav_driver::control::{Inputs, command};
 use curionav_driver::decision_fence::DecisionFence;
+use curionav_driver::seen_way::SeenWay;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{
@@ -115,6 +116,8 @@ impl Robot {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: Some((&scan, &odometry)),
+            blind: None,
+            seen: &SeenWay::ALL,
             decision: obeyed,
             made_from: obeyed.and_then(|d| self.belief_of.get(&d.tick)),
             robot: &self.base.model,

@@ -113,6 +113,7 @@ fn largest(message: &str) -> Option<Vec<u8>> {
         "scan" => {
             let mut scan: Scan = golden::scan();
             scan.ranges.0 = vec![scan.range_max as f32; limits::MAX_BEAMS];
+            scan.angle_increment = std::f64::consts::TAU / limits::MAX_BEAMS as f64;
             Some(scan.encode())
         }
         "people" => {

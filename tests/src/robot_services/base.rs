@@ -72,10 +72,7 @@ impl Base {
             self.decisions.publish(&straight_on(epoch, seq, &belief), Clock::Realtime);
         }
         self.beliefs.publish(&belief, Clock::Realtime);
-        let mut scan = golden::scan();
-        (scan.tick, scan.stamp) = (tick, belief.stamp);
-        let free = scan.range_max as f32;
-        scan.ranges.0.fill(free);
+        let scan = Scan { tick, stamp: belief.stamp, ..golden::dense_scan(5.0) };
         self.scans.publish(&scan, Clock::Realtime);
         self.say_odometry(tick, Pose2::default());
         // A driver that has waited for a while also says that it heard nothing.

@@ -71,6 +71,8 @@ struct Said {
     belief: bool,
     /// What the laser measures all around, m.
     room: f32,
+    /// What becomes of the scan before it is sent.
+    spoils: fn(&mut Scan),
     decision: Option<Decision>,
 }
 
@@ -115,8 +117,8 @@ impl ObedientBase {
         if let Some(decision) = said.decision {
             self.decisions.publish(&decision, Clock::Realtime);
         }
-        let mut scan = Scan { tick, stamp, ..golden::scan() };
-        scan.ranges.0.fill(said.room.min(scan.range_max as f32));
+        let mut scan = Scan { tick, stamp, ..golden::dense_scan(f64::from(said.room).min(5.0)) };
+        (said.spoils)(&mut scan);
         self.scans.publish(&scan, Clock::Realtime);
         let Pose2 { x, y, heading } = self.pose;
         let Twist { v, omega } = self.twist;
@@ -202,7 +204,7 @@ fn straight_on(base: &ObedientBase) -> Decision {
 }
 
 fn free(decision: Option<Decision>) -> Said {
-    Said { belief: true, room: f32::MAX, decision }
+    Said { belief: true, room: f32::MAX, spoils: |_| {}, decision }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -259,7 +261,7 @@ async fn no_decision_drives_a_real_base_beyond_its_limits_or_keeps_it_from_stopp
     // At 0.5 m/s2 it takes 16 ticks from 0.8 m/s.
     let from_full_speed = 15..=17;
     base.drive().await;
-    let wall = |base: &ObedientBase| Said { room: 0.1, ..free(Some(straight_on(base))) };
+    let wall = |base: &ObedientBase| Said { room: 0.25, ..free(Some(straight_on(base))) };
     let ticks = base.ticks_to_stand(&[CommandReason::TooClose], wall).await;
     assert!(from_full_speed.contains(&ticks), "{ticks} ticks to stop before a wall");
 
@@ -300,4 +302,42 @@ async fn no_decision_drives_a_real_base_beyond_its_limits_or_keeps_it_from_stopp
         bench.request(set.clone()).await;
         assert_eq!(base.tick(free(None)).await.reason, CommandReason::MissionNotRunning);
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_real_base_whose_scans_show_nothing_stands_and_drives_on_when_they_show_something() {
+    let bench = TestBench::configured(&[DRIVER], own()).await;
+    let mut base = ObedientBase::of(&bench);
+    bench.request(MissionCommand::Set { order: Box::new(honest()) }).await;
+    bench.runs().await;
+    let refused = CommandReason::BlindRefused;
+    let blind: [(fn(&mut Scan), CommandReason); 8] = [
+        // Refused as they come: the last good one is followed until it is too old.
+        (|s| s.laser.x = 1e6, refused),
+        (|s| s.angle_increment = 0.0, refused),
+        (|s| s.angle_increment = 1.0, refused),
+        (|s| s.range_min = Some(6.0), refused),
+        // Not by the contract, but by what the robot's file declares.
+        (|s| (s.angle_min, s.ranges) = (std::f64::consts::PI, vec![3.0].into()), CommandReason::BlindNarrow),
+        (|s| s.range_max = 0.4, CommandReason::BlindShort),
+        (|s| s.ranges.0.fill(0.0), CommandReason::BlindSilent),
+        (|s| s.ranges.0.fill(f32::NAN), CommandReason::BlindSilent),
+    ];
+    for (spoils, reason) in blind {
+        base.drive().await;
+        let said = |base: &ObedientBase| Said { spoils, ..free(Some(straight_on(base))) };
+        if reason == refused {
+            for _ in 0..5 {
+                let next = said(&base);
+                assert_eq!(base.tick(next).await.reason, CommandReason::Tracking);
+            }
+            // At 0.5 s rounding may go either way.
+            let next = said(&base);
+            base.tick(next).await;
+        }
+        let ticks = base.ticks_to_stand(&[reason], said).await;
+        // At 0.5 m/s2 it takes 16 ticks from 0.8 m/s.
+        assert!((14..=17).contains(&ticks), "{reason:?}: {ticks} ticks");
+    }
+    base.drive().await;
 }

@@ -1,6 +1,7 @@
 //! The gateway against a simulated robot that speaks as nodes of `rmw_zenoh` do, on a router of its own.
 
 mod actions;
+mod blind;
 mod hostile;
 mod missions;
 mod peer;

@@ -27,6 +27,12 @@ const COMMAND_AGE: Duration = Duration::from_millis(500);
 /// When the robot's clock was switched on, s.
 const EPOCH: f64 = 1_800_000_000.0;
 
+/// Changes a scan.
+pub(super) type Spoils = fn(&mut ros::LaserScan);
+
+/// A laser that is well.
+pub(super) const WELL: Spoils = |_| {};
+
 pub(super) struct Robot {
     pub(super) peer: Arc<Peer>,
     pub(super) world: Arc<Mutex<World>>,
@@ -35,6 +41,8 @@ pub(super) struct Robot {
     /// Whether scans and odometry are sent.
     pub(super) scans: Arc<AtomicBool>,
     pub(super) odometry: Arc<AtomicBool>,
+    /// What becomes of scans before they are sent.
+    pub(super) spoils: Arc<Mutex<Spoils>>,
     /// Milliseconds that the clock is set back by.
     pub(super) back_ms: Arc<AtomicU64>,
     _tf: AdvancedPublisher<'static>,
@@ -70,14 +78,16 @@ impl Robot {
         let world = Arc::new(Mutex::new(prepared.world));
         let [scans, odometry] = [true, true].map(|on| Arc::new(AtomicBool::new(on)));
         let back_ms = Arc::<AtomicU64>::default();
+        let spoils = Arc::new(Mutex::new(WELL));
         let playing = tokio::spawn(play(
             Arc::clone(&peer),
             Arc::clone(&world),
             Arc::clone(&commands),
             [Arc::clone(&scans), Arc::clone(&odometry)],
+            Arc::clone(&spoils),
             Arc::clone(&back_ms),
         ));
-        Self { peer, world, map: prepared.map, commands, scans, odometry, back_ms, _tf: tf, playing }
+        Self { peer, world, map: prepared.map, commands, scans, odometry, spoils, back_ms, _tf: tf, playing }
     }
 
     /// Publishes the map, which then stays for late subscribers.
@@ -127,6 +137,7 @@ async fn play(
     world: Arc<Mutex<World>>,
     commands: Arc<Heard<ros::TwistStamped>>,
     [scans, odometry]: [Arc<AtomicBool>; 2],
+    spoils: Arc<Mutex<Spoils>>,
     back_ms: Arc<AtomicU64>,
 ) {
     let mut pace = tokio::time::interval(PACE);
@@ -151,19 +162,18 @@ async fn play(
             // A beam that hit nothing is infinite in ROS.
             let most = laser.range_max as f32;
             let shown = ranges.iter().map(|range| if *range >= most { f32::INFINITY } else { *range });
-            peer.put(
-                "scan",
-                &ros::LaserScan {
-                    header: header(stamp, "laser"),
-                    angle_min: laser.bearing(0) as f32,
-                    angle_max: laser.bearing(laser.beams - 1) as f32,
-                    angle_increment: (laser.bearing(1) - laser.bearing(0)) as f32,
-                    range_min: 0.02,
-                    range_max: most,
-                    ranges: shown.collect(),
-                    ..Default::default()
-                },
-            );
+            let mut scan = ros::LaserScan {
+                header: header(stamp, "laser"),
+                angle_min: laser.bearing(0) as f32,
+                angle_max: laser.bearing(laser.beams - 1) as f32,
+                angle_increment: (laser.bearing(1) - laser.bearing(0)) as f32,
+                range_min: 0.02,
+                range_max: most,
+                ranges: shown.collect(),
+                ..Default::default()
+            };
+            locked(&spoils)(&mut scan);
+            peer.put("scan", &scan);
         }
         let persons = (0..people.len()).map(|i| ros::Person {
             name: people.id[i].to_string(),

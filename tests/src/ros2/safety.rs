@@ -15,7 +15,7 @@ use super::site::{in_turn, metric, robots_router, services, status, until};
 
 const FAR: (f64, f64) = (10.0, 5.0);
 
-fn is_zero(said: &ros::TwistStamped) -> bool {
+pub(super) fn is_zero(said: &ros::TwistStamped) -> bool {
     said.twist == ros::Twist::default()
 }
 

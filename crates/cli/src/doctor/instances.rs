@@ -13,6 +13,7 @@ use curionav_schemas::{
 use zenoh::Session;
 
 use super::finding::Finding;
+use crate::blind::blindness;
 use crate::connect::ConnectOptions;
 use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 
@@ -112,6 +113,7 @@ impl Instance {
         }
         let problems = status.metrics.keys().filter_map(|sample| Problem::of_sample(sample));
         findings.extend(problems.map(|problem| on_the_robot(&link, &problem)));
+        findings.extend(blindness(status).map(|why| Finding::missing(&link, why, LOOK_AT_THE_LASER)));
         Ok(findings)
     }
 
@@ -207,6 +209,9 @@ impl Instance {
     }
 }
 
+/// What to do about a laser that sees too little.
+const LOOK_AT_THE_LASER: &str = "look at the laser, and at [scanner] in the driver's configuration";
+
 /// What a gateway has found wrong among the nodes of its robot.
 fn on_the_robot(link: &str, problem: &Problem) -> Finding {
     let fix = match problem.kind {
@@ -214,6 +219,7 @@ fn on_the_robot(link: &str, problem: &Problem) -> Finding {
         ProblemKind::OtherType => "give `stamped` and `distribution` in [ros2] as the robot has them",
         ProblemKind::NotUsed => "mend what publishes it, or the names of topics and frames in [ros2]",
         ProblemKind::Silent => "look at the node that publishes it, or at the driver",
+        ProblemKind::Blind => LOOK_AT_THE_LASER,
         ProblemKind::Rate => "give limits.tick_s the time that lies between two messages of odometry",
         ProblemKind::Paused => "curionav resume ROBOT",
         ProblemKind::Stopped => {

@@ -37,6 +37,9 @@ curionav_planning::parameters! {
         /// The robot's laser, in the simulator as in the localiser and in CPC.
         #[serde(default)]
         pub laser: LaserModel [table],
+        /// How the laser fails, in the simulator alone.
+        #[serde(default, skip_serializing_if = "LaserFaults::is_none")]
+        pub laser_faults: LaserFaults [table],
         /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
         #[serde(default)]
         pub odometry_noise: OdometryNoise [table],
@@ -72,6 +75,22 @@ curionav_planning::parameters! {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub profile: Option<toml::Table>,
     } check Self::is_consistent
+}
+
+curionav_planning::parameters! {
+    /// How the simulated laser fails. Neither localiser nor planner is told.
+    #[derive(Copy)]
+    pub struct LaserFaults {
+        /// Share of the beams that say nothing, drawn anew for every beam of every scan.
+        pub silent_share: f64 [0.0, 1.0, "", "a share of all beams"] = 0.0,
+    }
+}
+
+impl LaserFaults {
+    /// Whether the laser is well.
+    fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 curionav_planning::parameters! {
@@ -193,6 +212,8 @@ footprint = { shape = "disc", radius = 0.25 }
 [laser]
 range_max = 6.0
 robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }
+[laser_faults]
+silent_share = 0.1
 [odometry_noise]
 position_per_metre = 0.002
 [perception]

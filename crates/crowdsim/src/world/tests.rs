@@ -73,6 +73,21 @@ fn same_seed_same_run() {
 }
 
 #[test]
+fn beams_that_fail_change_nothing_else() {
+    let well =
+        World::new(&scenario(0.0, 0.0), hall(Point2::default()), vec![recording()], 7).unwrap().observe();
+    let mut failing = scenario(0.0, 0.0);
+    failing.laser_faults.silent_share = 0.2;
+    let world = World::new(&failing, hall(Point2::default()), vec![recording()], 7).unwrap();
+    let seen = world.observe();
+    let pairs: Vec<(f32, f32)> = seen.ranges.iter().copied().zip(well.ranges).collect();
+    assert!(pairs.iter().all(|(failing, well)| failing.is_nan() || failing == well));
+    let silent = pairs.iter().filter(|(failing, _)| failing.is_nan()).count();
+    // 181 beams: 36 on the mean, with a standard deviation of 5.4.
+    assert!((15..=57).contains(&silent), "{silent}");
+}
+
+#[test]
 fn moving_the_world_moves_nothing() {
     for seed in 0..3 {
         for ((truth, seen), (moved, moved_seen)) in run(0.0, 0.0, seed).iter().zip(&run(64.0, -32.0, seed)) {

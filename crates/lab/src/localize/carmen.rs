@@ -129,13 +129,13 @@ impl Words<'_> {
         }
     }
 
-    /// So many ranges; one that is no number, or negative, says nothing.
+    /// So many ranges; one that is no number, 0 or negative says nothing.
     fn ranges(&mut self) -> Result<Vec<f32>, String> {
         let count = self.count("the number of readings", 8192.0)?;
         if count < 2 {
             return Err(format!("a scan of {count} readings has no spacing"));
         }
-        let range = |word: &str| word.parse::<f32>().ok().filter(|range| *range > 0.0).unwrap_or(0.0);
+        let range = |word: &str| word.parse::<f32>().ok().filter(|range| *range > 0.0).unwrap_or(f32::NAN);
         let ranges: Vec<f32> = self.0.by_ref().take(count).map(range).collect();
         if ranges.len() == count { Ok(ranges) } else { Err("it ends within the ranges".into()) }
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use curionav_planning::beam::Beam;
 use curionav_planning::geometry::Pose2;
 use curionav_planning::sensor::LaserModel;
 use curionav_schemas::{Reject, Scan};
@@ -10,6 +11,7 @@ use super::{checked, pose, pose_to_wire};
 
 /// The ranges of a scan in order of rising bearing, and the scanner as the scan describes it, with noise of
 /// `range_sigma` metres. If the first and the last beam of a full turn look the same way, one of them is left out.
+/// What is nearer than the least range is there, as [`Beam`] says.
 ///
 /// # Errors
 /// If the scan describes no scanner.
@@ -22,10 +24,13 @@ pub fn scan(scan: &Scan, range_sigma: f64) -> Result<(Cow<'_, [f32]>, LaserModel
     let last = count.saturating_sub(1) as f64;
     let fov = if gap * f64::from(beams) > turn - SLACK { turn } else { gap * last };
     let clockwise = scan.angle_increment < 0.0;
-    let ranges = match &scan.ranges[..count] {
+    let mut ranges = match &scan.ranges[..count] {
         ranges if clockwise => ranges.iter().rev().copied().collect(),
         ranges => Cow::Borrowed(ranges),
     };
+    if let Some(least) = scan.range_min.filter(|least| *least > 0.0) {
+        ranges.to_mut().iter_mut().for_each(|range| *range = Beam::of(*range, least, scan.range_max).range());
+    }
     let first = if clockwise { scan.angle_min - gap * last } else { scan.angle_min };
     // The model's beams lie evenly on both sides of its heading; those of the scan need not.
     let middle = first + 0.5 * fov;
@@ -44,6 +49,7 @@ pub fn scan_to_wire(laser: &LaserModel, ranges: Vec<f32>, tick: u64, stamp: f64)
         stamp,
         angle_min: laser.bearing(0),
         angle_increment: laser.bearing(1) - laser.bearing(0),
+        range_min: None,
         range_max: laser.range_max,
         laser: pose_to_wire(laser.robot_from_laser),
         ranges: ranges.into(),
@@ -60,7 +66,8 @@ mod tests {
     fn swept(angle_min: f64, angle_increment: f64, beams: u16) -> Scan {
         let ranges = (0..beams).map(|i| 1.0 + f32::from(i) / 1024.0).collect();
         let laser = wire::Pose { x: 0.1, y: 0.0, heading: 0.0 };
-        Scan { tick: 0, stamp: 0.0, angle_min, angle_increment, range_max: 20.0, laser, ranges }
+        let range_min = None;
+        Scan { tick: 0, stamp: 0.0, angle_min, angle_increment, range_min, range_max: 20.0, laser, ranges }
     }
 
     #[test]
@@ -69,6 +76,15 @@ mod tests {
         assert!(refused(&swept(0.0, 0.01, 1)));
         assert!(refused(&swept(0.0, 0.0, 100)));
         assert!(refused(&Scan { range_max: 1e12, ..swept(-0.5, 0.01, 101) }));
+    }
+
+    #[test]
+    fn what_is_too_near_to_be_measured_is_there() {
+        let mut scan = Scan { range_min: Some(0.2), ..swept(-1.0, 0.5, 5) };
+        scan.ranges = vec![f32::NAN, 0.0, 0.05, 1.5, 25.0].into();
+        let (ranges, _) = super::scan(&scan, 0.03).unwrap();
+        assert!(ranges[0].is_nan() && ranges[1].is_nan());
+        assert_eq!(ranges[2..], [0.2, 1.5, 20.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 use super::{
     belief, lease, lease_request, mission, no_replica, odometry, particles, pause_reply, people, readiness,
-    refused_mission, scan, scene, tracked_people,
+    refused_mission, scan, scene, spotty_scan, tracked_people,
 };
 use curionav_schemas::{
     Lease, Message, MissionCommand, MissionEnd, PauseRequest, Readiness, Refusal, Reject,
@@ -35,6 +35,7 @@ fn golden<M: Message>(file: &'static str, message: &M) -> Golden {
 pub fn all() -> Vec<Golden> {
     vec![
         golden("scan", &scan()),
+        golden("scan.spotty", &spotty_scan()),
         golden("odometry", &odometry()),
         golden("people", &people()),
         golden("people.tracked", &tracked_people()),

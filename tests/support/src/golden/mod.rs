@@ -53,10 +53,27 @@ pub fn scan() -> Scan {
         stamp: 4.2,
         angle_min: -1.5,
         angle_increment: 0.75,
+        range_min: None,
         range_max: 5.0,
         laser: Pose { x: 0.1, y: 0.0, heading: 0.0 },
         ranges: vec![5.0, 2.5, 1.1, 2.5, 5.0].into(),
     }
+}
+
+/// Half a turn seen by as many beams as the mission's laser has, all of this range, metres.
+pub fn dense_scan(range: f64) -> Scan {
+    let angle_increment = std::f64::consts::PI / 180.0;
+    Scan {
+        angle_min: -90.0 * angle_increment,
+        angle_increment,
+        ranges: vec![range as f32; 181].into(),
+        ..scan()
+    }
+}
+
+/// A scan of which two beams say nothing, and one that something is too near to be measured.
+pub fn spotty_scan() -> Scan {
+    Scan { range_min: Some(0.25), ranges: vec![5.0, f32::NAN, 0.125, 0.0, 2.5].into(), ..scan() }
 }
 
 /// A robot on its way.
