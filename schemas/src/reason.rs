@@ -148,7 +148,10 @@ checks! { Degradation {
 pub enum CommandReason {
     /// It follows the decision's trajectory.
     Tracking,
-    /// It follows the decision as far as what the laser sees close by allows: it brakes.
+    /// It follows the decision more slowly: it could not brake in time for what the laser sees, or something moves
+    /// close by.
+    Slowed,
+    /// It follows the decision as far as what the laser sees close by allows: it brakes, or stands.
     TooClose,
     /// It follows the decision as fast as lets it stop within what the laser has seen in the last second: it brakes.
     WayUnseen,
@@ -210,7 +213,7 @@ impl CommandReason {
 
     /// Whether a command given for this reason follows a decision.
     pub fn follows(self) -> bool {
-        matches!(self, Self::Tracking | Self::TooClose | Self::WayUnseen)
+        matches!(self, Self::Tracking | Self::Slowed | Self::TooClose | Self::WayUnseen)
     }
 
     /// Whether it stops because the laser sees too little.

@@ -10,6 +10,7 @@ use curionav_security::name::Name;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::guard_settings::{GuardSettings, Zone, check_zones};
 use crate::robot_limits::{Base, RobotLimits};
 use crate::scanner_limits::ScannerLimits;
 
@@ -67,6 +68,10 @@ pub struct ServiceConfig {
     /// is started again by itself must not take the robot from another.
     #[serde(skip)]
     pub take_over: bool,
+    /// How the guard judges commands (driver).
+    pub guard: GuardSettings,
+    /// Where something stops or slows the robot (driver).
+    pub zones: Vec<Zone>,
     /// How a robot of ROS 2 is met: the gateway reads it (ros2-gateway).
     pub ros2: Option<toml::Table>,
     /// The directory of the file that this was read from; files that it names lie beside it. Not part of the file.
@@ -97,6 +102,8 @@ impl Default for ServiceConfig {
             scanner: None,
             simulated_base: false,
             take_over: false,
+            guard: GuardSettings::default(),
+            zones: Vec::new(),
             ros2: None,
             directory: None,
             metrics: None,
@@ -170,6 +177,9 @@ impl ServiceConfig {
                 self.robot
             );
         }
+        self.guard.check().map_err(|fault| anyhow!("{}", fault.below("guard")))?;
+        let radius = self.limits.as_ref().map(|limits| limits.radius);
+        check_zones(&self.zones, radius).map_err(|fault| anyhow!("{fault}"))?;
         Ok(())
     }
 
@@ -212,7 +222,7 @@ mod tests {
         let base = |text: &str| toml::from_str::<ServiceConfig>(text).unwrap().base();
         let limits = "limits = { v_max = 1.0, a_max = 0.5, omega_max = 1.0, alpha_max = 1.0, radius = 0.3, \
                       tick_s = 0.1 }";
-        assert!(matches!(base(limits).unwrap(), Base::Real(own) if own.decision_age_max == 1.2));
+        assert!(matches!(base(limits).unwrap(), Base::Real(own) if own.decision_age_max == 0.6));
         assert_eq!(base("simulated_base = true").unwrap(), Base::Simulated);
         assert!(base("").unwrap_err().to_string().starts_with("limits: are missing; give"));
         let both = format!("simulated_base = true\n{limits}");
@@ -230,6 +240,18 @@ mod tests {
         assert!(said("simulated_base = true\n[scanner]").starts_with("scanner: is given, but"));
         let config: ServiceConfig = toml::from_str("[scanner]\nvalid_share = 0.2").unwrap();
         assert_eq!(config.scanner.unwrap(), ScannerLimits { valid_share: 0.2, ..ScannerLimits::default() });
+    }
+
+    #[test]
+    fn guard_and_zones_are_checked_at_the_start() {
+        let fault =
+            |text: &str| toml::from_str::<ServiceConfig>(text).unwrap().check().unwrap_err().to_string();
+        assert!(fault("guard.braking_share = 1.2").starts_with("guard.braking_share: is 1.2; give 0.3 to 1"));
+        let slow = "[[zones]]\nname = \"front\"\nkind = \"slow\"\n\
+                    vertices = [{x = 0.0, y = 0.0}, {x = 1.0, y = 0.0}, {x = 1.0, y = 1.0}]";
+        assert!(fault(slow).starts_with("zones[0].speed: is missing; give"));
+        let good: ServiceConfig = toml::from_str(&format!("{slow}\nspeed = 0.3")).unwrap();
+        assert!(good.check().is_ok() && good.zones[0].points == 4);
     }
 
     #[test]

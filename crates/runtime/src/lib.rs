@@ -12,6 +12,7 @@ pub mod environment;
 pub mod exit;
 pub mod fair_queue;
 pub mod fields;
+pub mod guard_settings;
 pub mod heartbeat;
 mod incoming;
 pub mod latency;

@@ -22,6 +22,10 @@ curionav_planning::parameters! {
         pub radius: f64 [0.05, 5.0, "m", "a service robot is no smaller and no larger"],
         /// Seconds between two messages of odometry.
         pub tick_s: f64 [0.01, 1.0, "s", "no planar laser scans more often, and a slower base reacts too late"],
+        /// Seconds from odometry until the base begins to follow the command that was made from it, with the way of
+        /// both over all links. If it is left out: one `tick_s`.
+        #[serde(default)]
+        pub latency_s: Option<f64> [0.0, 1.0, "s", "a base that obeys later cannot be driven among people"],
         /// A belief older than this stops the robot, seconds.
         #[serde(default = "default_belief_age_max")]
         pub belief_age_max: f64 [0.01, 2.0, "s", "an older belief says nothing of where the robot is"],
@@ -108,6 +112,16 @@ impl Base {
             Self::Real(own) => {
                 Ages { belief: own.belief_age_max, scan: own.scan_age_max, decision: own.decision_age_max }
             }
+        }
+    }
+
+    /// Seconds from odometry until the base follows the command made from it, when its ticks are `period` seconds
+    /// apart. In lockstep the base carries out every command before it measures.
+    pub fn latency(&self, clock: Clock, period: f64) -> f64 {
+        match (self, clock) {
+            (_, Clock::Lockstep) => 0.0,
+            (Self::Simulated, Clock::Realtime) => period,
+            (Self::Real(own), Clock::Realtime) => own.latency_s.unwrap_or(period),
         }
     }
 
@@ -228,6 +242,17 @@ mod tests {
             assert_eq!(clamped, Twist { v: v_max, omega: -1.0 });
             assert_eq!(base.clamp(Twist { v: -1.0, omega: 0.5 }, &robot), Twist { v: 0.0, omega: 0.5 });
         }
+    }
+
+    #[test]
+    fn a_base_is_one_tick_late_unless_it_says_otherwise() {
+        let late = Base::Real(RobotLimits { latency_s: Some(0.25), ..own() });
+        assert_eq!(late.latency(Clock::Realtime, 0.1), 0.25);
+        assert_eq!(Base::Real(own()).latency(Clock::Realtime, 0.1), 0.1);
+        assert_eq!(Base::Simulated.latency(Clock::Realtime, 0.05), 0.05);
+        assert_eq!(Base::Simulated.latency(Clock::Lockstep, 0.05), 0.0);
+        let said = RobotLimits { latency_s: Some(2.0), ..own() }.check().unwrap_err().to_string();
+        assert!(said.starts_with("latency_s: is 2; give 0 to 1 s"), "{said}");
     }
 
     #[test]

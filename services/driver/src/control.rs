@@ -1,14 +1,16 @@
 //! From decision and belief to a command.
 
 use curionav_planning::geometry::{Pose2, Twist};
-use curionav_planning::motion::RobotModel;
+use curionav_planning::motion::{RobotModel, step};
 use curionav_planning::tracking::track;
 use curionav_runtime::convert;
 use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
-use crate::proximity::guard;
+use crate::guard::{Arrival, Guard, Situation, Verdict};
+use crate::proximity;
 use crate::seen_way::SeenWay;
+use crate::told::OnItsWay;
 
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
@@ -38,9 +40,9 @@ pub struct Inputs<'a> {
     pub ages: Ages,
     /// Seconds until the next command.
     pub period: f64,
-    /// The command before this one, if the base carries it out only now: in real time a command arrives after
-    /// the odometry it was made from.
-    pub on_its_way: Option<Twist>,
+    /// What the base does before the command of now reaches it: in real time it arrives after the odometry it was
+    /// made from.
+    pub on_its_way: &'a [OnItsWay],
 }
 
 /// A command and why.
@@ -51,11 +53,17 @@ pub struct Command {
     pub reason: CommandReason,
 }
 
-/// The command of one tick. What is missing or old stops the robot.
-pub fn command(inputs: &Inputs<'_>) -> Command {
-    let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
-    tracked(inputs, moving)
-        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.stopping, inputs.period), reason })
+/// The command of one tick. What is missing or old stops the robot. A simulated base has no guard of its own: the
+/// simpler [`proximity::guard`] looks at the newest scan alone.
+pub fn command(inputs: &Inputs<'_>, guard: &mut Option<Guard>) -> Command {
+    if let (Some(guard), Some((scan, at_scan))) = (guard.as_mut(), inputs.scan) {
+        guard.see(scan, pose_of(at_scan));
+    }
+    let arrival = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot);
+    tracked(inputs, arrival, guard).unwrap_or_else(|reason| Command {
+        twist: braking(arrival.twist, inputs.stopping, inputs.period),
+        reason,
+    })
 }
 
 /// Fails with the first reason if something is older than `most` seconds, and with the second if it is of a time to
@@ -73,7 +81,11 @@ fn is_current(
 }
 
 /// The command that tracks the decision, or the reason to stop instead.
-fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason> {
+fn tracked(
+    inputs: &Inputs<'_>,
+    arrival: Arrival,
+    guard: &mut Option<Guard>,
+) -> Result<Command, CommandReason> {
     let Inputs { odometry, robot, stopping, ages, period, .. } = *inputs;
     let now = odometry.stamp;
     let decision = inputs.decision.ok_or(CommandReason::NoDecision)?;
@@ -99,25 +111,41 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
     // The believed pose moved on by what odometry has measured since.
     let pose = Pose2::new(belief.x, belief.y, belief.heading)
         .compose(pose_of(at_belief).relative(pose_of(odometry)));
+    let moving = arrival.twist;
     let wanted = track(&reference, decision_age, pose, moving, robot, period);
-    let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
     let seen = inputs.seen.slowed(wanted, pose_of(odometry), now, stopping, period);
-    let guarded = guard(seen, scan, scan_from_robot, stopping, period);
-    Ok(if guarded == wanted {
-        Command { twist: wanted, reason: CommandReason::Tracking }
-    } else if guarded == seen {
-        Command { twist: stopping.limit(moving, seen, period), reason: CommandReason::WayUnseen }
-    } else {
-        Command { twist: stopping.limit(moving, guarded, period), reason: CommandReason::TooClose }
+    let verdict = match guard {
+        Some(guard) => {
+            guard.judge(seen, &Situation { pose: pose_of(odometry), now, arrival, stopping, period })
+        }
+        None => {
+            let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
+            match proximity::guard(seen, scan, scan_from_robot, stopping, period) {
+                guarded if guarded == seen => Verdict::Safe,
+                guarded => Verdict::Brakes(guarded),
+            }
+        }
+    };
+    let limited = |twist| stopping.limit(moving, twist, period);
+    Ok(match verdict {
+        Verdict::Safe if seen == wanted => Command { twist: wanted, reason: CommandReason::Tracking },
+        Verdict::Safe => Command { twist: limited(seen), reason: CommandReason::WayUnseen },
+        Verdict::Slower(twist) => Command { twist: limited(twist), reason: CommandReason::Slowed },
+        Verdict::Brakes(twist) => Command { twist: limited(twist), reason: CommandReason::TooClose },
     })
 }
 
-/// How the base will be moving when a command of now reaches it: as measured, and one period on towards the
-/// command that is still on its way. Braking from what is measured alone would ask for the same speed twice,
-/// and take twice as long.
-pub fn on_arrival(odometry: &Odometry, on_its_way: Option<Twist>, robot: &RobotModel, period: f64) -> Twist {
+/// How the base will be moving when a command of now reaches it: as measured, and on towards the commands that are
+/// still on their way. Braking from what is measured alone would ask for the same speed twice, and take twice as long.
+pub fn on_arrival(odometry: &Odometry, on_its_way: &[OnItsWay], robot: &RobotModel) -> Arrival {
     let measured = Twist { v: odometry.v, omega: odometry.omega };
-    on_its_way.map_or(measured, |told| robot.limit(measured, told, period))
+    let mut arrival = Arrival { pose: pose_of(odometry), twist: measured, after: 0.0 };
+    for OnItsWay { twist, seconds } in on_its_way {
+        arrival.twist = robot.limit(arrival.twist, *twist, *seconds);
+        arrival.pose = step(arrival.pose, arrival.twist, *seconds);
+        arrival.after += seconds;
+    }
+    arrival
 }
 
 /// Full braking on the present curve: where that leads was free when it was chosen.
@@ -134,7 +162,12 @@ pub(crate) fn pose_of(odometry: &Odometry) -> Pose2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use curionav_runtime::guard_settings::GuardSettings;
     use curionav_testing::golden;
+
+    fn guard() -> Guard {
+        Guard::new(GuardSettings::default(), Vec::new())
+    }
 
     fn inputs<'a>(
         odometry: &'a Odometry,
@@ -155,7 +188,7 @@ mod tests {
             stopping: robot,
             ages: Ages::DEFAULT,
             period: 0.1,
-            on_its_way: None,
+            on_its_way: &[],
         }
     }
 
@@ -181,8 +214,9 @@ mod tests {
     fn every_kind_of_age_stops_it() {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
-        let reason =
-            |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| command(&inputs(o, b, s, d, &robot)).reason;
+        let reason = |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| {
+            command(&inputs(o, b, s, d, &robot), &mut Some(guard())).reason
+        };
         assert_eq!(reason(&odometry, &belief, &scan, &decision), CommandReason::Tracking);
         let mut old = decision.clone();
         old.stamp = 8.7;
@@ -199,7 +233,9 @@ mod tests {
     fn what_is_ahead_of_the_clock_is_no_younger_than_what_is_too_old() {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
-        let reason = |b: &Belief, s: &Scan| command(&inputs(&odometry, b, s, &decision, &robot)).reason;
+        let reason = |b: &Belief, s: &Scan| {
+            command(&inputs(&odometry, b, s, &decision, &robot), &mut Some(guard())).reason
+        };
         // A tick ahead is on another way from the base; 40 s ahead is of the time before it started over.
         let (mut ahead, mut before) = (belief.clone(), belief.clone());
         (ahead.stamp, before.stamp) = (10.1, 50.0);
@@ -215,7 +251,9 @@ mod tests {
     fn it_follows_while_it_tracks_and_while_it_makes_way_and_never_when_it_stops() {
         let robot = RobotModel::default();
         let (odometry, belief, mut scan, decision) = moving();
-        let told = |s: &Scan, d: &Decision| command(&inputs(&odometry, &belief, s, d, &robot)).reason;
+        let told = |s: &Scan, d: &Decision| {
+            command(&inputs(&odometry, &belief, s, d, &robot), &mut Some(guard())).reason
+        };
         assert!(told(&scan, &decision).follows());
         let stop = Decision { action: Action::Stop, ..decision.clone() };
         assert!(!told(&scan, &stop).follows());
@@ -229,7 +267,7 @@ mod tests {
         let (odometry, belief, scan, decision) = moving();
         let reason = |newest: Option<&Decision>| {
             let known = inputs(&odometry, &belief, &scan, &decision, &robot);
-            command(&Inputs { decision: newest, made_from: None, ..known }).reason
+            command(&Inputs { decision: newest, made_from: None, ..known }, &mut Some(guard())).reason
         };
         assert_eq!(reason(None), CommandReason::NoDecision);
         assert_eq!(reason(Some(&decision)), CommandReason::DecisionBeliefUnknown);
@@ -247,9 +285,8 @@ mod tests {
         let (odometry, belief, scan, mut decision) = moving();
         decision.action = Action::Stop;
         // 0.5 m/s less 0.5 m/s2 * 0.1 s
-        assert!(
-            (command(&inputs(&odometry, &belief, &scan, &decision, &robot)).twist.v - 0.45).abs() < 1e-12
-        );
+        let command = command(&inputs(&odometry, &belief, &scan, &decision, &robot), &mut Some(guard()));
+        assert!((command.twist.v - 0.45).abs() < 1e-12);
     }
 
     #[test]
@@ -265,9 +302,10 @@ mod tests {
         decision.action = Action::Stop;
         let (mut told, mut ticks) = (Twist { v: odometry.v, omega: 0.0 }, 0);
         while odometry.v > 0.0 {
+            let on_its_way = [OnItsWay { twist: told, seconds: 0.1 }];
             let of_now =
-                Inputs { on_its_way: Some(told), ..inputs(&odometry, &belief, &scan, &decision, &robot) };
-            let next = command(&of_now).twist;
+                Inputs { on_its_way: &on_its_way, ..inputs(&odometry, &belief, &scan, &decision, &robot) };
+            let next = command(&of_now, &mut Some(guard())).twist;
             // The base carries out what it was told a tick ago.
             let reached = robot.limit(Twist { v: odometry.v, omega: 0.0 }, told, 0.1);
             (odometry.v, told, ticks) = (reached.v, next, ticks + 1);

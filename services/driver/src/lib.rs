@@ -6,6 +6,7 @@ pub mod base_clock;
 mod command_counts;
 pub mod control;
 pub mod decision_fence;
+pub mod guard;
 mod lease;
 mod lookout;
 mod mission_keys;
@@ -14,5 +15,6 @@ pub mod proximity;
 pub mod seen_way;
 mod service;
 pub mod sight;
+pub mod told;
 
 pub use service::run;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use curionav_planning::geometry::Twist;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::{Running, Start};
@@ -24,9 +25,11 @@ use crate::base_clock::{BaseClock, is_motion};
 use crate::command_counts::CommandCounts;
 use crate::control::{Inputs, braking, command, on_arrival};
 use crate::decision_fence::DecisionFence;
+use crate::guard::Guard;
 use crate::lease::{Keeper, Standing, release};
 use crate::lookout::{Lookout, Sensed};
 use crate::mission_keys::MissionKeys;
+use crate::told::Told;
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
@@ -51,8 +54,9 @@ struct Driver {
     fence: watch::Sender<DecisionFence>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
-    /// Tick of the last command, and the command.
-    told: Option<(u64, Twist)>,
+    told: Told,
+    /// Judges what a real base is told. Simulated ones have the simpler one of `proximity`.
+    guard: Option<Guard>,
     /// Why the last command was given, and since which stamp every command has been given for this reason.
     reason: Option<(CommandReason, f64)>,
     /// Run and revision that it has reported ready for.
@@ -103,7 +107,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             fence,
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
-            told: None,
+            told: Told::default(),
+            guard: guard_of(config),
             reason: None,
             begun: (0, 0),
             clock: (!config.has_simulated_time()).then(BaseClock::default),
@@ -244,16 +249,16 @@ impl Driver {
         let scan = self.scans.of_tick(tick, clock).await.cloned();
         let robot = convert::robot_model(&mission.order.robot_model);
         let stopping = self.base.stopping(&robot);
-        // In lockstep the base has carried out every command before it measures.
-        let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at.saturating_add(1) >= tick);
-        let on_its_way = recent.map(|(_, twist)| twist);
+        let latency = self.base.latency(clock, period);
+        let on_its_way = self.told.on_its_way(tick, latency, period);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
         if let Some(reason) = self.barred(&mission) {
             self.lookout.rest();
-            let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &stopping, period);
+            let moving = on_arrival(&odometry, &on_its_way, &robot).twist;
+            let twist = braking(moving, &stopping, period);
             self.publish(&mission, &odometry, twist, reason);
             return;
         }
@@ -276,7 +281,7 @@ impl Driver {
             age_max: ages.scan,
         };
         let blind = self.lookout.look(&sensed, &mission, robot.radius());
-        let command = command(&Inputs {
+        let inputs = Inputs {
             odometry: &odometry,
             belief: sensed.belief,
             scan: sensed.scan,
@@ -288,8 +293,9 @@ impl Driver {
             stopping: &stopping,
             ages,
             period,
-            on_its_way,
-        });
+            on_its_way: &on_its_way,
+        };
+        let command = command(&inputs, &mut self.guard);
         drop(fence);
         self.publish(&mission, &odometry, command.twist, command.reason);
         self.service.counts.record(arrived.elapsed());
@@ -322,7 +328,8 @@ impl Driver {
         self.odometry_of.clear();
         self.belief_of.clear();
         self.clock.iter_mut().for_each(BaseClock::clear);
-        self.told = None;
+        self.told.clear();
+        self.guard.iter_mut().for_each(Guard::forget);
         self.reason = None;
         self.lookout.forget();
         self.fence.send_modify(DecisionFence::lapse);
@@ -384,8 +391,14 @@ impl Driver {
             wire::Twist { lease, epoch, seq, tick, stamp, v: twist.v, omega: twist.omega, reason, since };
         self.counts.command(reason);
         self.commands.publish(&command, mission.order.clock);
-        self.told = Some((tick, twist));
+        self.told.tell(tick, twist);
     }
+}
+
+/// The guard of a real base, and of one that has zones.
+fn guard_of(config: &ServiceConfig) -> Option<Guard> {
+    let is_guarded = !config.simulated_base || !config.zones.is_empty();
+    is_guarded.then(|| Guard::new(config.guard.clone(), config.zones.clone()))
 }
 
 /// Why the mission lets nothing move, if it does not run.

@@ -18,11 +18,12 @@ use curionav_runtime::robot_limits::{RobotLimits, clamped};
 use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
 use crate::node::{Node, Outlet};
+use crate::ramp::Ramp;
 
 /// Between two looks, and between two zeros.
 const PERIOD: Duration = Duration::from_millis(50);
-/// For how long zeros are sent once no mission is under way. After that the gateway is silent, and others may drive the
-/// base.
+/// For how long zeros are sent once no mission is under way and the robot has braked. After that the gateway is silent,
+/// and others may drive the base.
 const AFTERWARDS: Duration = Duration::from_secs(1);
 
 /// What has to be heard of for the robot to move.
@@ -43,15 +44,24 @@ pub(crate) struct Watch {
     heard: [Option<Instant>; 3],
     /// Whether a mission is under way.
     engaged: bool,
-    /// Until when zeros are sent afterwards.
-    zeros_until: Option<Instant>,
+    /// The velocity that was sent last.
+    sent: Twist,
+    /// How the robot brakes afterwards, since when, and until when zeros are sent.
+    braking: Option<Braking>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Braking {
+    ramp: Ramp,
+    since: Instant,
+    until: Instant,
 }
 
 impl Watch {
     /// Nothing has been heard, and no mission is under way.
     pub(crate) fn new(silence: &Silence) -> Self {
         let silence = [silence.command, silence.odom, silence.scan].map(Duration::from_secs_f64);
-        Self { silence, heard: [None; 3], engaged: false, zeros_until: None }
+        Self { silence, heard: [None; 3], engaged: false, sent: Twist::default(), braking: None }
     }
 
     /// Something has been heard.
@@ -60,9 +70,10 @@ impl Watch {
     }
 
     /// A mission has begun or ended.
-    pub(crate) fn engage(&mut self, engaged: bool, now: Instant) {
+    pub(crate) fn engage(&mut self, engaged: bool, now: Instant, limits: &RobotLimits) {
         if self.engaged && !engaged {
-            self.zeros_until = Some(now + AFTERWARDS);
+            let ramp = Ramp::new(self.sent, limits);
+            self.braking = Some(Braking { ramp, since: now, until: now + ramp.duration() + AFTERWARDS });
         }
         self.engaged = engaged;
     }
@@ -82,10 +93,14 @@ impl Watch {
         self.engaged && self.silent(now).is_none()
     }
 
-    /// Whether a zero is due by itself.
-    pub(crate) fn stops(&self, now: Instant) -> bool {
-        let afterwards = !self.engaged && self.zeros_until.is_some_and(|until| now < until);
-        afterwards || (self.engaged && self.silent(now).is_some())
+    /// The velocity that is due by itself: a zero if something is silent, and once the mission has ended the way down
+    /// to it.
+    pub(crate) fn due(&self, now: Instant) -> Option<Twist> {
+        if self.engaged {
+            return self.silent(now).map(|_| Twist::default());
+        }
+        let braking = self.braking.filter(|braking| now < braking.until)?;
+        Some(braking.ramp.after(now.saturating_duration_since(braking.since)))
     }
 }
 
@@ -110,7 +125,7 @@ pub(crate) struct Gate {
     lease: Arc<BaseLease>,
     base: String,
     thread: Option<JoinHandle<()>>,
-    /// Zeros that were sent because something was silent, or a mission had ended.
+    /// Velocities that were sent because something was silent, or a mission had ended.
     zeros: Counter,
 }
 
@@ -171,12 +186,13 @@ impl Gate {
             loop {
                 std::thread::sleep(PERIOD);
                 let now = Instant::now();
-                let state = locked(&watched);
+                let mut state = locked(&watched);
                 if state.ended {
                     return;
                 }
-                if state.watch.stops(now) {
-                    Sink { state: &state, base: &frame }.send(Twist::default(), now);
+                if let Some(twist) = state.watch.due(now) {
+                    state.watch.sent = twist;
+                    Sink { state: &state, base: &frame }.send(twist, now);
                     counted.inc();
                 }
             }
@@ -203,7 +219,7 @@ impl Gate {
 
     /// A mission is under way, or not.
     pub(crate) fn engage(&self, engaged: bool) {
-        locked(&self.state).watch.engage(engaged, Instant::now());
+        locked(&self.state).watch.engage(engaged, Instant::now(), &self.limits);
     }
 
     /// What is silent: all that the robot stands for while a mission is under way, otherwise what has been heard of the
@@ -228,8 +244,10 @@ impl Gate {
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
             let RobotLimits { v_max, omega_max, a_max, .. } = self.limits;
-            let twist = held_back(twist, self.lease.paused_for(), v_max, a_max);
-            Sink { state: &state, base: &self.base }.send(clamped(twist, v_max, omega_max), now);
+            let held = held_back(twist, self.lease.paused_for(), v_max, a_max);
+            let twist = clamped(held, v_max, omega_max);
+            state.watch.sent = twist;
+            Sink { state: &state, base: &self.base }.send(twist, now);
         }
     }
 
@@ -237,8 +255,12 @@ impl Gate {
     pub(crate) fn stop(&self) {
         let now = Instant::now();
         let mut state = locked(&self.state);
-        let was_engaged = state.watch.engaged || state.watch.zeros_until.is_some_and(|until| now < until);
-        state.watch.engage(false, now);
+        let was_engaged = state.watch.engaged || state.watch.braking.is_some_and(|it| now < it.until);
+        state.watch.sent = Twist::default();
+        state.watch.engage(false, now, &self.limits);
+        if let Some(braking) = &mut state.watch.braking {
+            braking.ramp = Ramp::default();
+        }
         if was_engaged {
             Sink { state: &state, base: &self.base }.send(Twist::default(), now);
             self.zeros.inc();
@@ -269,28 +291,29 @@ mod tests {
     fn a_robot_is_stopped_within_half_a_second_whatever_is_silent() {
         for silent in [Source::Command, Source::Odom, Source::Scan] {
             let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
-            watch.engage(true, start);
-            assert!(watch.stops(start), "before anything is heard");
+            watch.engage(true, start, &limits());
+            assert!(watch.due(start).is_some(), "before anything is heard");
             for source in [Source::Command, Source::Odom, Source::Scan] {
                 watch.heard(source, start);
             }
-            assert!(watch.passes(start) && !watch.stops(start));
+            assert!(watch.passes(start) && watch.due(start).is_none());
             let later = start + Duration::from_millis(450);
             for source in [Source::Command, Source::Odom, Source::Scan].into_iter().filter(|s| *s != silent) {
                 watch.heard(source, later);
             }
             assert_eq!(watch.silent(later), Some(silent));
-            assert!(watch.stops(later) && !watch.passes(later));
+            assert!(watch.due(later) == Some(Twist::default()) && !watch.passes(later));
         }
     }
 
     #[test]
     fn after_a_mission_there_are_zeros_for_a_second_and_then_others_may_drive() {
         let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
-        assert!(!watch.stops(start) && !watch.passes(start));
-        watch.engage(true, start);
-        watch.engage(false, start);
-        assert!(watch.stops(start + ms(900)) && !watch.stops(start + ms(1100)));
+        assert!(watch.due(start).is_none() && !watch.passes(start));
+        watch.engage(true, start, &limits());
+        watch.engage(false, start, &limits());
+        assert_eq!(watch.due(start + ms(900)), Some(Twist::default()));
+        assert_eq!(watch.due(start + ms(1100)), None);
         for source in [Source::Command, Source::Odom, Source::Scan] {
             watch.heard(source, start);
         }
@@ -298,11 +321,32 @@ mod tests {
     }
 
     #[test]
-    fn no_velocity_is_beyond_the_limits() {
-        let limits: RobotLimits = toml::from_str(
+    fn at_the_end_of_a_mission_the_velocity_goes_down_as_fast_as_the_base_brakes() {
+        let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+        watch.engage(true, start, &limits());
+        watch.sent = Twist { v: 0.4, omega: 0.0 };
+        watch.engage(false, start, &limits());
+        let mut last = 0.4;
+        for k in 1..=16 {
+            let v = watch.due(start + ms(50 * k)).unwrap().v;
+            assert!(last - v <= 0.5 * 0.05 + 1e-9, "a step from {last} to {v} m/s");
+            last = v;
+        }
+        assert!(last < 1e-9, "{last} m/s after the time that braking takes");
+        assert_eq!(watch.due(start + ms(1700)), Some(Twist::default()));
+        assert_eq!(watch.due(start + ms(1900)), None);
+    }
+
+    fn limits() -> RobotLimits {
+        toml::from_str(
             "v_max = 0.8\na_max = 0.5\nomega_max = 1.0\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1",
         )
-        .unwrap();
+        .unwrap()
+    }
+
+    #[test]
+    fn no_velocity_is_beyond_the_limits() {
+        let limits = limits();
         for (v, omega, expected) in [
             (f64::NAN, 0.0, (0.0, 0.0)),
             (0.5, f64::INFINITY, (0.0, 0.0)),

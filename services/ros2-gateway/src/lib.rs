@@ -21,6 +21,7 @@ mod pausing;
 mod people;
 pub mod problem;
 mod publishers;
+mod ramp;
 mod robot_clock;
 mod robot_state;
 mod sensing;

@@ -140,7 +140,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 fn metrics(service: &RobotService, noted: &Noted) -> Metrics {
     let mut metrics = service.metrics();
     metrics.tally("ros2_refused", "Messages of ROS that are not used, by topic and fault", &noted.refused);
-    let zeros = "Zero velocities because something was silent or a mission had ended";
+    let zeros = "Velocities because something was silent, or down to zero after a mission";
     metrics.count("ros2_zeros", zeros, noted.zeros.clone());
     metrics.count("ros2_ticks", "Samples of odometry that became ticks", noted.ticks.clone());
     let problems = Arc::clone(&noted.problems);

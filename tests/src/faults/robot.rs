@@ -6,8 +6,10 @@ use std::time::Duration;
 
 use curionav_driver::control::{Inputs, command};
 use curionav_driver::decision_fence::DecisionFence;
+use curionav_driver::guard::Guard;
 use curionav_driver::seen_way::SeenWay;
 use curionav_planning::geometry::{Pose2, Twist};
+use curionav_runtime::guard_settings::GuardSettings;
 use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{
     self as wire, Action, Belief, Clock, CommandReason, Decision, Mission, Odometry, People,
@@ -46,6 +48,7 @@ pub(super) struct Robot {
     command: Option<wire::Twist>,
     inbox: Vec<Decision>,
     fence: DecisionFence,
+    guard: Option<Guard>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
@@ -61,6 +64,7 @@ impl Robot {
             command: None,
             inbox: Vec::new(),
             fence: DecisionFence::default(),
+            guard: guard(),
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
             taken: Vec::new(),
@@ -91,6 +95,7 @@ impl Robot {
     /// All that the driver knew is gone.
     pub(super) fn crash_driver(&mut self) {
         self.fence = DecisionFence::default();
+        self.guard = guard();
         self.belief_of.clear();
         self.odometry_of.clear();
         self.inbox.clear();
@@ -112,7 +117,7 @@ impl Robot {
         let scan = self.base.scan();
         let obeyed = self.fence.newest();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
-        let command = command(&Inputs {
+        let inputs = Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: Some((&scan, &odometry)),
@@ -124,8 +129,9 @@ impl Robot {
             stopping: &self.base.model,
             ages: Ages::DEFAULT,
             period,
-            on_its_way: None,
-        });
+            on_its_way: &[],
+        };
+        let command = command(&inputs, &mut self.guard);
         let (epoch, seq) = obeyed.map_or((0, 0), |d| (d.epoch, d.seq));
         let (Twist { v, omega }, reason) = (command.twist, command.reason);
         let (tick, stamp) = (self.base.tick, self.base.now());
@@ -147,6 +153,10 @@ impl Robot {
         let strayed = decision.map_or(0.0, |d| strayed(d, self.base.now(), self.base.pose));
         self.driven.push(Driven { now: self.base.now(), distance, v: self.base.twist.v, command, strayed });
     }
+}
+
+fn guard() -> Option<Guard> {
+    Some(Guard::new(GuardSettings::default(), Vec::new()))
 }
 
 /// Metres between `pose` and the state of the trajectory that is due next.

@@ -38,6 +38,7 @@ fn own() -> ServiceConfig {
         alpha_max: ALPHA_MAX,
         radius: 0.3,
         tick_s: TICK,
+        latency_s: None,
         belief_age_max: 0.5,
         scan_age_max: 0.5,
         decision_age_max: 1.2,

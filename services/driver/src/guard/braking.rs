@@ -1,0 +1,132 @@
+//! Whether a speed is safe: the way that the robot goes until it stands, against what stands and what moves.
+
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::motion::step;
+
+use super::approach::Movers;
+
+/// A step of the way is no longer than this, metres. A disc of 0.35 m then cuts no corner by more than 4 mm.
+const STEP_LENGTH: f64 = 0.1;
+/// A step of the way takes no longer than this, seconds.
+const STEP_TIME: f64 = 0.1;
+/// Below this speed a robot that turns counts as turning on the spot, m/s.
+const SLOWEST_CURVE: f64 = 0.05;
+/// No laser sees farther than this many steps.
+const STEPS_MAX: usize = 1024;
+/// What does not come nearer by this much does not come nearer, metres.
+const NEARER: f64 = 1e-3;
+
+/// The robot when a command reaches it, and how it brakes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Approaching {
+    /// Where it is then, in the odometry's frame.
+    pub(super) pose: Pose2,
+    /// How fast it is then, m/s.
+    pub(super) speed: f64,
+    /// When it is there, seconds after the scan.
+    pub(super) after: f64,
+    /// For how long it follows the command before it can be told to brake, seconds.
+    pub(super) period: f64,
+    /// Braking that it counts on, m/s2.
+    pub(super) braking: f64,
+    /// Distance from its centre within which nothing may come, metres.
+    pub(super) reach: f64,
+    /// Slower than this it may be met by what moves, m/s.
+    pub(super) meeting_speed: f64,
+}
+
+impl Approaching {
+    /// The longest way until it stands if it is told to drive at `speed`, metres.
+    pub(super) fn way(&self, speed: f64) -> f64 {
+        let fastest = speed.max(self.speed);
+        fastest * self.period + fastest * fastest / (2.0 * self.braking)
+    }
+}
+
+/// What stands around the robot: points within its reach, one array for each quantity.
+#[derive(Debug, Default)]
+pub(super) struct Standing {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Square of the distance that the robot has to keep.
+    keep: Vec<f64>,
+}
+
+impl Standing {
+    /// Takes the points that the robot can reach with `way` metres.
+    pub(super) fn gather(&mut self, x: &[f64], y: &[f64], robot: &Approaching, way: f64) {
+        self.x.clear();
+        self.y.clear();
+        self.keep.clear();
+        let farthest = (robot.reach + way) * (robot.reach + way);
+        for (x, y) in x.iter().zip(y) {
+            let dx = x - robot.pose.x;
+            let dy = y - robot.pose.y;
+            let squared = dx * dx + dy * dy;
+            if squared < farthest {
+                self.x.push(*x);
+                self.y.push(*y);
+                // What is already within reach may be left, not approached.
+                let keep = robot.reach.min(squared.sqrt() - NEARER).max(0.0);
+                self.keep.push(keep * keep);
+            }
+        }
+    }
+
+    fn is_hit(&self, at: Point2) -> bool {
+        let points = self.x.iter().zip(&self.y).zip(&self.keep);
+        // Without an early end the compiler compares several at once.
+        points.fold(false, |hit, ((x, y), keep)| {
+            let dx = x - at.x;
+            let dy = y - at.y;
+            hit | (dx * dx + dy * dy < *keep)
+        })
+    }
+}
+
+/// Whether something that moves meets the robot at `at`, `time` seconds after the scan, that would not come as near if
+/// the robot stood.
+fn is_met(movers: &Movers, robot: &Approaching, at: Point2, time: f64) -> bool {
+    let reach = robot.reach * robot.reach;
+    (0..movers.x.len()).any(|i| {
+        let there = Point2::new(movers.x[i] + movers.vx[i] * time, movers.y[i] + movers.vy[i] * time);
+        let squared = there.distance_squared(at);
+        squared < reach && squared.sqrt() < there.distance(robot.pose.position()) - NEARER
+    })
+}
+
+/// Whether a robot that is told to drive with `told` until the next command, and brakes then, touches nothing that
+/// stands, and is slow when something that moves meets it. It stays on the curve that it was told, as braking does.
+pub(super) fn is_safe(robot: &Approaching, told: Twist, standing: &Standing, movers: &Movers) -> bool {
+    let mut pose = robot.pose;
+    let mut speed = told.v.max(robot.speed);
+    let mut time = 0.0;
+    let curvature = told.omega / told.v.max(SLOWEST_CURVE);
+    for _ in 0..STEPS_MAX {
+        if speed <= 0.0 {
+            return true;
+        }
+        let held = (robot.period - time).max(0.0);
+        let mut span = STEP_TIME.min(STEP_LENGTH / speed);
+        let next = if held > 1e-9 {
+            span = span.min(held);
+            // While the command holds, a base that has to slow down first does so at its own pace.
+            if time + span >= robot.period - 1e-9 { told.v } else { speed }
+        } else {
+            span = span.min(speed / robot.braking);
+            speed - robot.braking * span
+        };
+        let mean = if held > 1e-9 { speed } else { 0.5 * (speed + next) };
+        pose = step(pose, Twist { v: mean, omega: mean * curvature }, span);
+        time += span;
+        speed = if next < 1e-9 { 0.0 } else { next };
+        let at = pose.position();
+        if standing.is_hit(at) {
+            return false;
+        }
+        if speed > robot.meeting_speed && is_met(movers, robot, at, robot.after + time) {
+            return false;
+        }
+    }
+    false
+}
