@@ -51,9 +51,60 @@ def test_names_the_services_refuse_are_replaced(tmp_path: Path) -> None:
     assert set(files) == {"file-.h_hle_.yaml", "hall.pgm"}
 
 
+@pytest.mark.parametrize("name", ["büro_地図.pgm", "hall (2) [new].pgm", "l'étage & 1,5.pgm"])
+def test_images_may_have_names_of_any_language(tmp_path: Path, name: str) -> None:
+    data = hall(tmp_path)
+    (tmp_path / "maps" / name).write_bytes((tmp_path / "maps" / "hall.pgm").read_bytes())
+    (tmp_path / "maps" / "hall.yaml").write_text(f'image: "{name}"\n', encoding="utf-8")
+    assert set(Scenario.from_dict(data, tmp_path).files()) == {name, "hall.yaml"}
+
+
+@pytest.mark.parametrize("name", ["a:b.pgm", "what?.pgm", "x" * 256, "a\\\\b.pgm"])
+def test_an_image_whose_name_no_service_takes_is_refused(tmp_path: Path, name: str) -> None:
+    data = hall(tmp_path)
+    (tmp_path / "maps" / "hall.yaml").write_text(f'image: "{name}"\n')
+    with pytest.raises(ScenarioError, match="valid on every system") as error:
+        Scenario.from_dict(data, tmp_path).files()
+    assert error.value.field == "map.file"
+
+
+def test_marks_of_editors_are_read_over(tmp_path: Path) -> None:
+    data = hall(tmp_path)
+    description = tmp_path / "maps" / "hall.yaml"
+    description.write_text(description.read_text(), encoding="utf-8-sig")
+    assert "hall.pgm" in Scenario.from_dict(data, tmp_path).files()
+    (tmp_path / "marked.toml").write_text('name = "marked"\n', encoding="utf-8-sig")
+    assert Scenario.load(tmp_path / "marked.toml").data == {"name": "marked"}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("image: [a\n", "is not YAML"),
+        ("- image: hall.pgm\n", "names no image"),
+        ("image: 3\n", "names no image"),
+        ("# image: hall.pgm\n", "names no image"),
+    ],
+)
+def test_a_description_is_read_as_yaml(tmp_path: Path, text: str, reason: str) -> None:
+    data = hall(tmp_path)
+    (tmp_path / "maps" / "hall.yaml").write_text(text)
+    with pytest.raises(ScenarioError, match=reason):
+        Scenario.from_dict(data, tmp_path).files()
+
+
 @pytest.mark.parametrize(
     "line",
-    ["image: hall.pgm", "image:   'hall.pgm'  # it", 'image: "hall.pgm"', "image: ./hall.pgm", "image : hall.pgm"],
+    [
+        "image: hall.pgm",
+        "image:   'hall.pgm'  # it",
+        'image: "hall.pgm"',
+        "image: ./hall.pgm",
+        "image : hall.pgm",
+        "image:\n  hall.pgm",
+        '"image": !!str hall.pgm',
+        "image: >-\n  hall.pgm",
+    ],
 )
 def test_the_image_is_found_however_its_line_is_written(tmp_path: Path, line: str) -> None:
     data = hall(tmp_path)
@@ -78,23 +129,6 @@ def test_a_missing_file_is_named_with_its_field(tmp_path: Path) -> None:
     (tmp_path / "maps" / "hall.yaml").write_text("resolution: 0.1\n")
     with pytest.raises(ScenarioError, match="names no image"):
         Scenario.from_dict(data, tmp_path).packed()
-
-
-def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: Path) -> None:
-    data = hall(tmp_path) | {
-        "clock": {"plan_every": 3, "time_limit_s": 30},
-        "laser": {"beams": 181, "range_max": 5},
-        "people": {"motion": "hrvo", "hrvo": {"max_neighbors": 8, "max_accel": 2}},
-        "localizer": {"particles_max": 2000},
-    }
-    tables, _ = Scenario.from_dict(data, tmp_path).packed()
-    assert tables["clock"] == {"plan_every": 3, "time_limit_s": 30.0}
-    assert [type(value) for value in tables["robot"]["start"]] == [float] * 3
-    assert type(tables["walkers"][0]["route"][0][0]) is float
-    assert type(tables["laser"]["beams"]) is int
-    hrvo = tables["people"]["hrvo"]
-    assert (type(hrvo["max_neighbors"]), type(hrvo["max_accel"])) == (int, float)
-    assert type(tables["localizer"]["particles_max"]) is int
 
 
 def test_a_value_without_a_form_on_the_wire_is_named(tmp_path: Path) -> None:

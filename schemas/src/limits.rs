@@ -59,5 +59,7 @@ pub const MAX_ITEMS: usize = 65_536;
 pub const MAX_DEPTH: usize = 16;
 /// Farthest that a laser may sit from the robot's centre, m: no service robot is larger.
 pub const MAX_LASER_DISTANCE: f64 = 5.0;
+/// Greatest heading that is asked for, rad: a turn either way, as messages write it. More is probably meant as degrees.
+pub const MAX_HEADING: f64 = 6.2832;
 /// Largest magnitude of a number with a meaning (metres, seconds, costs): products of a few stay finite.
 pub const MAX_MAGNITUDE: f64 = 1e12;

@@ -3,7 +3,7 @@
 use crate::check::{
     checks, count, covariance, id, list, number, optional, parameters, part, positive, within,
 };
-use crate::limits::MAX_LIST;
+use crate::limits::{MAX_HEADING, MAX_LIST};
 use crate::{
     Clock, F64Array, LaserModel, MapId, MissionEnd, MissionState, OdometryNoise, Pose, Reject, RobotModel,
 };
@@ -97,7 +97,7 @@ checks! { order: MissionOrder {
     initial_pose: part;
     initial_covariance: covariance;
     goal_x, goal_y: number;
-    goal_heading: optional(number);
+    goal_heading: optional(within(-MAX_HEADING, MAX_HEADING));
     profile, localizer: parameters;
     tracker: optional(parameters);
     laser: part;
@@ -170,7 +170,7 @@ impl TryFrom<CommandFields> for MissionCommand {
 
 checks! { MissionCommand {
     Set { order: |field: &str, order: &MissionOrder| part(field, order) }
-    Goal { x: number, y: number, heading: optional(number) }
+    Goal { x: number, y: number, heading: optional(within(-MAX_HEADING, MAX_HEADING)) }
     Finish { end: part }
 }}
 

@@ -36,9 +36,11 @@ checks! { request: InjectRequest {
     time_scale: positive;
 }}
 
-/// A relative path of plain parts: it can neither leave the directory it is put in nor mean a device or a drive.
+/// A relative path of plain parts: it can neither leave the directory it is put in nor mean a device or a drive. Parts
+/// may have letters of any language, blanks and brackets.
 fn check_file_name(name: &str) -> Result<(), Reject> {
-    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/' | ' ');
+    let allowed =
+        |c: char| !c.is_control() && !matches!(c, '\\' | ':' | '~' | '*' | '?' | '"' | '<' | '>' | '|');
     let plain = |part: &str| !part.is_empty() && !part.starts_with(['.', ' ']) && !part.ends_with(['.', ' ']);
     if name.len() <= MAX_FILE_NAME && name.chars().all(allowed) && name.split('/').all(plain) {
         return Ok(());
@@ -98,7 +100,14 @@ mod tests {
 
     #[test]
     fn a_file_name_stays_where_it_is_put() {
-        for good in ["map.pgm", "maps/env 4.yaml", "a_b-c.2.toml"] {
+        for good in [
+            "map.pgm",
+            "maps/env 4.yaml",
+            "a_b-c.2.toml",
+            "büro_地図.pgm",
+            "hall (2) [new].pgm",
+            "l'étage & +1,5.png",
+        ] {
             assert!(check_file_name(good).is_ok(), "{good}");
         }
         let long = "a".repeat(256);

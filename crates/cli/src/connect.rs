@@ -8,7 +8,7 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::process::default_endpoint;
 use curionav_runtime::secure;
-use curionav_runtime::session::{self, SessionError};
+use curionav_runtime::session;
 use curionav_security::name::Name;
 use curionav_security::table::Verb;
 use zenoh::Session;
@@ -63,11 +63,12 @@ impl ConnectOptions {
             };
             secure::check(folder, &config.certificates).map_err(Exit::bad_input)?;
         }
+        config.check().map_err(Exit::bad_input)?;
         Ok(config)
     }
 
     pub(crate) async fn session(&self, suffice: &[&str]) -> Result<Session, Exit> {
-        session::client(&self.config(suffice)?).await.map_err(refused)
+        session::client(&self.config(suffice)?).await.map_err(Exit::from)
     }
 
     /// Fails if the certificate to be shown does not allow this: the router would only be silent.
@@ -102,13 +103,5 @@ impl ConnectOptions {
         arguments.extend(self.secure.as_ref().map(|folder| format!("--secure {}", folder.display())));
         arguments.extend(self.namespace.as_ref().map(|namespace| format!("--namespace {namespace}")));
         arguments.join(" ")
-    }
-}
-
-/// A session that was not opened: the network, unless what was given is wrong.
-pub(crate) fn refused(error: SessionError) -> Exit {
-    match error {
-        SessionError::Certificate(_) => Exit::bad_input(error),
-        error => Exit::network(error),
     }
 }

@@ -12,14 +12,11 @@ use curionav_security::name::Name;
 use curionav_security::table::Verb;
 use serde::Serialize;
 
-use crate::connect::refused;
-
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// What the routers say of themselves. They know no namespace, so they are asked without.
 pub(crate) async fn routers(config: &ServiceConfig) -> Result<Vec<ServiceStatus>, Exit> {
-    let plain =
-        session::client(&ServiceConfig { namespace: None, ..config.clone() }).await.map_err(refused)?;
+    let plain = session::client(&ServiceConfig { namespace: None, ..config.clone() }).await?;
     let key = format!("{}/status/router/*", keys::ROOT);
     let asked = ask_all(&plain, &key, None, TIMEOUT).await;
     session::close(&plain);

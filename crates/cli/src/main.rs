@@ -7,6 +7,7 @@ mod connect;
 mod demo;
 mod denied;
 mod doctor;
+mod goal;
 mod lab;
 mod mission;
 mod output;
@@ -23,6 +24,7 @@ mod up;
 use clap::{Parser, Subcommand};
 use curionav_runtime::environment::{self, Links};
 use curionav_runtime::exit::Exit;
+use curionav_runtime::print::note;
 use curionav_runtime::process::ServiceOptions;
 
 /// Cross crowds without getting lost and without bothering people.
@@ -99,7 +101,7 @@ fn finish(outcome: Result<u8, Exit>) -> std::process::ExitCode {
         Ok(code) => code.into(),
         Err(exit) => {
             // One clear line, whatever the chain of causes.
-            eprintln!("error: {}", exit.line());
+            note(format_args!("error: {}", exit.line()));
             exit.code.into()
         }
     }

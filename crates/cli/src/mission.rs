@@ -16,6 +16,7 @@ use curionav_security::table::Verb;
 use zenoh::Session;
 
 use crate::connect::{ConnectOptions, OPERATES};
+use crate::goal;
 
 const TIMEOUT: Duration = Duration::from_secs(3);
 /// Any robot brakes within it.
@@ -25,7 +26,9 @@ const STANDING: f64 = 0.02;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum MissionRequest {
-    /// Send a robot to another goal.
+    /// Send a robot to another goal, and say whether its services take it.
+    ///
+    /// Exit status: 0 taken; 1 refused, with the reason; 2 bad argument; 3 no router or no driver.
     Goal {
         /// Robot's name.
         robot: String,
@@ -62,9 +65,7 @@ pub(crate) struct RobotOptions {
 pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     match request {
         MissionRequest::Goal { robot, x, y, yaw: heading, at } => {
-            if ![x, y, heading.unwrap_or_default()].into_iter().all(f64::is_finite) {
-                return Err(Exit::bad_input(anyhow!("x, y and yaw must be finite numbers")));
-            }
+            goal::check(x, y, heading)?;
             command(&RobotOptions { robot, at }, &MissionCommand::Goal { x, y, heading }).await
         }
         MissionRequest::Cancel(options) => command(&options, &MissionCommand::Cancel).await,
@@ -85,12 +86,18 @@ async fn session_for(options: &RobotOptions, key: Result<String, KeyError>) -> R
 async fn command(options: &RobotOptions, command: &MissionCommand) -> Result<u8, Exit> {
     let robot = &options.robot;
     let session = session_for(options, keys::mission_command(robot)).await?;
-    let answer = command_to_holder(&session, robot, command, TIMEOUT).await;
+    let mut answer = command_to_holder(&session, robot, command, TIMEOUT).await;
+    if let (MissionCommand::Goal { .. }, Ok(mission)) = (command, &answer) {
+        answer = Ok(goal::settled(&session, mission.clone()).await);
+    }
     session::close(&session);
     let mission = answer.map_err(|error| match error {
         AskError::Rejected(reject) => Exit::failed(Error::from(reject).context(robot.clone())),
         error => Exit::network(Error::from(error).context(format!("no driver of robot `{robot}` answered"))),
     })?;
+    if matches!(command, MissionCommand::Goal { .. }) {
+        goal::accepted(&mission)?;
+    }
     print(format_args!("{robot}: mission {}", standing(&mission)))?;
     Ok(SUCCESS)
 }

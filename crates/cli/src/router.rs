@@ -15,8 +15,6 @@ use curionav_runtime::status::serve_status;
 use curionav_schemas::keys;
 use curionav_security::name::Name;
 
-use crate::connect::refused;
-
 /// Run a Zenoh router, to which services and clients connect.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
@@ -53,7 +51,7 @@ pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
         file: options.config.as_deref(),
         secure: options.secure.as_deref().map(|folder| (folder, &options.certificate)),
     };
-    let session = session::router(settings).await.map_err(refused)?;
+    let session = session::router(settings).await?;
     // No token: a router is no member of a deployment. Its version can be asked for.
     let mut metrics = Metrics::new("router", &session.zid().to_string(), None);
     if options.secure.is_some() {

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use anyhow::Context;
 use clap::Args;
+use curionav_deployment::files;
 use curionav_picture::{Run, run_svg};
 use curionav_runtime::command::command_to_holder;
 use curionav_runtime::config::ServiceConfig;
@@ -14,7 +16,7 @@ use curionav_schemas::{Clock, MissionCommand, keys};
 use curionav_security::table::Verb;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, EXPERIMENTS, refused};
+use crate::connect::{ConnectOptions, EXPERIMENTS};
 use crate::output;
 use crate::recording;
 use curionav_deployment::embedded::Embedded;
@@ -97,6 +99,9 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         ..Choice::default()
     };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
+    if let Some(out) = &options.out {
+        files::writable_folder(out).context("--out").map_err(Exit::bad_input)?;
+    }
     let at = &options.at;
     let is_embedded = at.connect.is_none() && at.secure.is_none();
     if is_embedded && at.namespace.is_some() {
@@ -113,7 +118,7 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         ServiceConfig { robot: options.robot.clone(), world: options.world.clone(), ..of_deployment };
     config.check().map_err(Exit::bad_input)?;
     let (finished, recording) = if !is_embedded {
-        let session = session::client(&config).await.map_err(refused)?;
+        let session = session::client(&config).await?;
         let finished = recorded(&session, &config, &package, &options).await;
         session::close(&session);
         finished?

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Subcommand;
 use curionav_deployment::scenario_reference::scenario_reference;
 use curionav_lab::{paper, suites};
@@ -14,10 +14,10 @@ use curionav_schemas::Clock;
 
 use curionav_deployment::built_in;
 use curionav_deployment::files;
-use curionav_deployment::package::{self, Choice};
+use curionav_deployment::package::{self, Choice, Package};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::fields::Fields;
-use curionav_runtime::print::print;
+use curionav_runtime::print::{note, print};
 use curionav_simulator::Prepared;
 
 /// Check, draw, copy or generate scenario files.
@@ -88,17 +88,27 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// A scenario as it would be run with this seed.
-fn prepared(file: &Path, seed: u64) -> anyhow::Result<Prepared> {
+fn package(file: &Path, seed: u64) -> anyhow::Result<Package> {
     let choice = Choice { seed: Some(seed), ..Choice::default() };
-    let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
-    curionav_simulator::prepare(&package.request, "robot", &Fields::of_maps([]))
-        .map_err(|reject| package.refusal(&reject))
+    package::read(file, &choice, Clock::Lockstep, 1.0)
+}
+
+/// A scenario as it would be run. What does not fit its map may not fit because of how the map is read.
+fn prepared(package: &Package) -> anyhow::Result<Prepared> {
+    curionav_simulator::prepare(&package.request, "robot", &Fields::of_maps([])).map_err(|reject| {
+        let refusal = package.refusal(&reject);
+        let Ok(survey) = package.survey() else { return refusal };
+        if survey.odd.is_empty() && reject.field.is_none_or(|field| !field.starts_with("robot.")) {
+            return refusal;
+        }
+        let odd: String = survey.odd.iter().map(|odd| format!("; {odd}")).collect();
+        anyhow!("{refusal}; the map is {survey}{odd}")
+    })
 }
 
 /// Draws a scenario; gives the file.
 fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<PathBuf> {
-    let prepared = prepared(file, seed)?;
+    let prepared = prepared(&package(file, seed)?)?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
     let picture = out.join(name).with_extension("svg");
     files::write(&picture, scene_svg(&sketch(&prepared)))?;
@@ -143,7 +153,8 @@ fn xy(point: Point2) -> (f64, f64) {
 
 /// What a scenario that can be run holds: a line, and one for each recording.
 fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
-    let prepared = prepared(file, seed)?;
+    let package = package(file, seed)?;
+    let prepared = prepared(&package)?;
     let scenario = prepared.world.scenario();
     let map = &prepared.map;
     let mut said = format!(
@@ -157,6 +168,12 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
         scenario.recorded.len(),
         prepared.profile.name
     );
+    let survey = package.survey()?;
+    said += &format!("\n  map: {survey}");
+    said.extend(survey.odd.iter().map(|odd| format!("\n  map is odd: {odd}")));
+    if let Some(narrow) = scenario.too_narrow(prepared.world.map(), prepared.profile.collision.wall_margin) {
+        said += &format!("\n  {narrow}");
+    }
     for (setup, extent) in scenario.recorded.iter().zip(prepared.world.recorded()) {
         let people = extent.people;
         let (first, last) = extent.span;
@@ -171,6 +188,10 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
             high.y,
             100.0 * extent.on_floor
         );
+        if let (Some(usual), Some(fastest)) = (extent.usual_speed, extent.fastest) {
+            said += &format!(", walking at {usual:.2} m/s (median), at most {:.2} m/s", fastest.speed);
+        }
+        said.extend(extent.odd().iter().map(|odd| format!("\n  {} is odd: {odd}", setup.file)));
     }
     Ok(said)
 }
@@ -182,7 +203,7 @@ fn generate(out: &Path) -> anyhow::Result<Vec<String>> {
     for (name, bytes) in generated {
         files::write(&out.join(name), bytes)?;
     }
-    missing.iter().for_each(|missing| eprintln!("left out: {missing}"));
+    missing.iter().for_each(|missing| note(format_args!("left out: {missing}")));
     let scenes = paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]);
     Ok(scenes.map(|scene| format!("{}\n{}", scene.scenario.name, paper::check(&scene))).collect())
 }

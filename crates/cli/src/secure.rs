@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::Subcommand;
 use comfy_table::Table;
+use curionav_runtime::endpoint::check_certified_host;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
 use curionav_security::folder::{AUTHORITY_DAYS, Folder, FolderError, LIFETIME_DAYS, days};
@@ -101,6 +103,9 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
             ))?;
         }
         SecureCommand::Issue { folder, names, address, days: count } => {
+            for host in &address {
+                check_certified_host(host).context("address").map_err(Exit::bad_input)?;
+            }
             for name in &names {
                 Folder::new(&folder).issue(name, &address, days(count)).map_err(Exit::bad_input)?;
                 say(&folder, name, "issued")?;

@@ -14,7 +14,7 @@ use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
 use crate::blind::blindness;
-use crate::connect::{ConnectOptions, LOOKS, refused};
+use crate::connect::{ConnectOptions, LOOKS};
 use crate::denied::{denied, label, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -44,7 +44,7 @@ struct Line {
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
     let config = options.at.config(&LOOKS)?;
     let denied = denied(&routers(&config).await?);
-    let session = session::client(&config).await.map_err(refused)?;
+    let session = session::client(&config).await?;
     let mut lines = Vec::new();
     for (role, instances) in members(&session).await.map_err(Exit::network)? {
         for instance in instances {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use curionav_planning::geometry::Point2;
+use curionav_planning::text::loose_text;
 
 use crate::scenario::RecordingFormat;
 
@@ -50,6 +51,17 @@ pub struct RecordedPerson {
     pub velocity: Point2,
 }
 
+/// A step of a recorded person between two frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Who.
+    pub id: u32,
+    /// When it begins, seconds.
+    pub time: f64,
+    /// How fast it is, m/s.
+    pub speed: f64,
+}
+
 impl Recording {
     /// Reads a recording; `fps` turns frame numbers into seconds. Columns are parted by blanks or commas. Blank lines,
     /// lines that begin with `#`, and a first line of names are skipped; rows may come in any order. Velocities in the
@@ -82,6 +94,27 @@ impl Recording {
             return Err(RecordingError(empty.to_owned()));
         }
         Ok(Self { tracks, first, last })
+    }
+
+    /// The text of a recording in the bytes of its file; see [`Self::parse`].
+    ///
+    /// # Errors
+    /// They are compressed, or a line is wrong.
+    pub fn read(bytes: &[u8], format: RecordingFormat, fps: f64) -> Result<Self, RecordingError> {
+        let text = loose_text(bytes).map_err(|error| RecordingError(error.to_string()))?;
+        Self::parse(&text, format, fps)
+    }
+
+    /// Every step of every person between two frames: who, when, and how fast, m/s.
+    pub fn steps(&self) -> impl Iterator<Item = Step> {
+        self.tracks.iter().flat_map(|track| {
+            let pairs = track.times.windows(2).zip(track.positions.windows(2));
+            pairs.filter_map(|(times, ends)| {
+                let gap = times[1] - times[0];
+                let speed = ends[0].distance(ends[1]) / gap;
+                (gap > 0.0 && gap <= MAX_GAP_S).then_some(Step { id: track.id, time: times[0], speed })
+            })
+        })
     }
 
     /// Every position of every person, recording frame, metres.
@@ -234,6 +267,27 @@ mod tests {
         assert_eq!(people(&r, 4.1), []);
         let again: Vec<_> = r.at(r.wrapped(4.2)).map(|p| p.position).collect();
         assert!(again[0].distance(Point2::new(0.5, 1.0)) < 1e-9);
+    }
+
+    #[test]
+    fn a_mark_is_read_over_and_a_compressed_file_is_told() {
+        let marked = format!("\u{feff}{TWO}");
+        let read = |bytes: &[u8]| Recording::read(bytes, RecordingFormat::Text, 25.0);
+        assert_eq!(read(marked.as_bytes()).unwrap(), read(TWO.as_bytes()).unwrap());
+        assert!(read(&[0x1f, 0x8b, 8, 8, 0]).unwrap_err().to_string().contains("gunzip"));
+        assert!(read(b"# caf\xe9\n0 1 0 0\n").is_ok());
+    }
+
+    #[test]
+    fn steps_are_as_fast_as_the_frames_say() {
+        let r = Recording::parse(TWO, RecordingFormat::Text, 25.0).unwrap();
+        let steps: Vec<Step> = r.steps().collect();
+        // sqrt(5) m, 1 m and 1 m, each in 0.4 s; the gap of 2.8 s is an absence
+        let expected = [(0.0, 5.0_f64.sqrt() / 0.4), (0.4, 2.5), (3.6, 2.5)];
+        assert_eq!(steps.len(), expected.len());
+        for (step, (time, speed)) in steps.iter().zip(expected) {
+            assert!(step.id == 1 && step.time == time && (step.speed - speed).abs() < 1e-9, "{step:?}");
+        }
     }
 
     #[test]

@@ -15,8 +15,8 @@ use crate::lidar::{Bodies, scan, silence};
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
-use crate::recorded::Recording;
-use crate::scenario::{PeopleShape, Recorded, Scenario};
+use crate::recorded::{Recording, Step};
+use crate::scenario::{PeopleShape, Recorded, Scenario, WalkMode};
 use crate::walls::wall_distance;
 use curionav_planning::time_to_collision::time_to_collision;
 
@@ -26,6 +26,9 @@ const START_STREAM: u64 = 0x5354_4152_0000_0000;
 const ODOMETRY_STREAM: u64 = 0x4f44_4f4d_0000_0000;
 const LASER_STREAM: u64 = 0x4c41_5345_0000_0000;
 const LASER_FAULT_STREAM: u64 = 0x4641_554c_0000_0000;
+
+/// Most people of a world, walkers and recorded ones together: a message holds no more (`schemas`, `MAX_PEOPLE`).
+pub const MOST_PEOPLE: usize = 1024;
 
 /// Draws of a true start that is clear of walls and people before the nominal one is taken.
 const START_DRAWS: usize = 1000;
@@ -130,10 +133,51 @@ impl World {
             seed,
             tick: 0,
         };
+        world.are_few_enough()?;
         world.people = world.all_people();
         world.plant.pose = world.draw_start();
+        world.start_is_clear()?;
         world.unavoidable = world.overlapping().map(|i| world.people.id[i]).collect();
         Ok(world)
+    }
+
+    fn are_few_enough(&self) -> Result<(), FieldError> {
+        let walkers = self.scenario.walkers.len();
+        let recorded: usize = self.recordings.iter().map(|recording| recording.ids().len()).sum();
+        if walkers + recorded <= MOST_PEOPLE {
+            return Ok(());
+        }
+        let field = if recorded > 0 { "recorded" } else { "walkers" };
+        let problem = format!(
+            "are {} people in all: {walkers} with routes and {recorded} recorded",
+            walkers + recorded
+        );
+        Err(FieldError::new(
+            field,
+            problem,
+            format!("have at most {MOST_PEOPLE}, `ids` chooses among the recorded"),
+        ))
+    }
+
+    /// Whether nobody stands in the robot at its start. People who walk as they were recorded go on by themselves; one
+    /// with a route would wait for the robot to go away, and the robot for the person.
+    fn start_is_clear(&self) -> Result<(), FieldError> {
+        let nominal = self.scenario.robot.start.position();
+        let actual = self.plant.pose.position();
+        for (i, walker) in self.scenario.walkers.iter().enumerate() {
+            let person = self.people.position(i);
+            let stands = walker.mode == WalkMode::Stand && person.distance(nominal) < self.contact_distance();
+            if stands || person.distance(actual) < self.contact_distance() {
+                let problem = format!(
+                    "stands in the robot at its start: their centres are {:.2} m apart, and bodies touch at {:.2} m",
+                    person.distance(if stands { nominal } else { actual }),
+                    self.contact_distance()
+                );
+                let mend = "move the person or robot.start apart";
+                return Err(FieldError::new(format!("walkers[{i}]"), problem, mend));
+            }
+        }
+        Ok(())
     }
 
     /// The scenario, with the people whom the seed has drawn among its walkers.
@@ -343,6 +387,37 @@ pub struct RecordedExtent {
     pub corners: (Point2, Point2),
     /// The share of their positions that lie on the map's free floor.
     pub on_floor: f64,
+    /// The median speed of those steps that lead anywhere, m/s; none if nobody moves.
+    pub usual_speed: Option<f64>,
+    /// The fastest step; none if there is no step.
+    pub fastest: Option<Step>,
+}
+
+/// Slower than this nobody walks, m/s: recorded positions of people who stand move as well.
+const STANDING_MPS: f64 = 0.1;
+/// What people walk at, m/s, as a median over many.
+const WALKING_MPS: [f64; 2] = [0.3, 3.0];
+/// Faster than this nobody runs, m/s.
+const RUNNING_MPS: f64 = 10.0;
+
+impl RecordedExtent {
+    /// What is odd about these people, a sentence each.
+    pub fn odd(&self) -> Vec<String> {
+        let mut odd = Vec::new();
+        if let Some(Step { id, time, speed }) = self.fastest.filter(|step| step.speed > RUNNING_MPS) {
+            odd.push(format!(
+                "person {id} moves at {speed:.1} m/s at {time:.1} s, faster than anyone runs; look for mixed-up ids, \
+                 the unit of positions and fps"
+            ));
+        }
+        let [least, most] = WALKING_MPS;
+        if let Some(speed) = self.usual_speed.filter(|speed| !(least..=most).contains(speed)) {
+            odd.push(format!(
+                "people move at {speed:.2} m/s as a rule, and walk at {least} to {most}; look at fps"
+            ));
+        }
+        odd
+    }
 }
 
 impl RecordedExtent {
@@ -358,8 +433,17 @@ impl RecordedExtent {
             let cell = map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
             free += usize::from(cell.is_some_and(|cell| map.to_obstacle.cell(cell) > 0.0));
         }
-        let on_floor = free as f64 / all.max(1) as f64;
-        Self { people: recording.ids().len(), span: recording.span(), corners: (low, high), on_floor }
+        let mut speeds: Vec<f64> =
+            recording.steps().map(|step| step.speed).filter(|speed| *speed > STANDING_MPS).collect();
+        speeds.sort_by(f64::total_cmp);
+        Self {
+            people: recording.ids().len(),
+            span: recording.span(),
+            corners: (low, high),
+            on_floor: free as f64 / all.max(1) as f64,
+            usual_speed: speeds.get(speeds.len() / 2).copied(),
+            fastest: recording.steps().reduce(|a, b| if b.speed > a.speed { b } else { a }),
+        }
     }
 }
 

@@ -6,10 +6,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use curionav_planning::occupancy::{MapYaml, OccupancyGrid, load_map};
+use curionav_planning::text;
 
 /// What is in a file.
 pub fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// The text in a file, without a byte-order mark.
+pub fn text(path: &Path) -> anyhow::Result<String> {
+    let bytes = bytes(path)?;
+    let text = text::text(&bytes).map_err(|error| anyhow::anyhow!("{} {error}", path.display()))?;
+    Ok(text.to_owned())
 }
 
 /// Whether the file begins with these bytes, of which no more are read.
@@ -23,6 +31,14 @@ pub fn begins_with(path: &Path, bytes: &[u8]) -> anyhow::Result<bool> {
 /// Makes the directory, and those above it, if need be.
 pub fn make_folder(path: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(path).with_context(|| format!("cannot create {}", path.display()))
+}
+
+/// Makes the directory if need be, and tries whether files can be written there: before a long run, not after it.
+pub fn writable_folder(path: &Path) -> anyhow::Result<()> {
+    make_folder(path)?;
+    let trial = path.join(format!(".curionav-trial-{}", std::process::id()));
+    fs::write(&trial, b"trial").with_context(|| format!("cannot write into {}", path.display()))?;
+    fs::remove_file(&trial).with_context(|| format!("cannot remove {}", trial.display()))
 }
 
 /// Writes the file, in place of one that is there, and makes its directory if need be.
@@ -56,8 +72,9 @@ impl MapFiles {
         yaml_bytes: Vec<u8>,
         read_image: impl Fn(&Path) -> anyhow::Result<Vec<u8>>,
     ) -> anyhow::Result<Self> {
-        let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
-            .with_context(|| path.display().to_string())?;
+        let text =
+            text::loose_text(&yaml_bytes).map_err(|error| anyhow::anyhow!("{} {error}", path.display()))?;
+        let yaml = MapYaml::parse(&text).with_context(|| path.display().to_string())?;
         let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
         let image = read_image(&image_path).with_context(|| format!("{}: image", path.display()))?;
         Ok(Self { yaml_bytes, yaml, image_path, image })

@@ -8,15 +8,16 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_datasets::locate;
+use curionav_planning::occupancy::{MapSurvey, MapYaml};
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{Clock, InjectRequest, Reject, words};
+use curionav_schemas::{Clock, InjectRequest, Reject, Validate, words};
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
 use crate::built_in;
-use crate::files::{MapFiles, bytes};
+use crate::files::{MapFiles, bytes, text as text_of};
 
 /// What may differ from the scenario file.
 #[derive(Debug, Clone, Default)]
@@ -77,12 +78,24 @@ pub struct Package {
     pub request: InjectRequest,
     path: PathBuf,
     text: String,
+    /// What the map's description says, and under what name its image is sent.
+    yaml: MapYaml,
+    image_name: String,
 }
 
 impl Package {
     /// One line about a field of this scenario, with its line in the file where it stands there.
     pub(crate) fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
         anyhow::anyhow!("{}: {problem}", place(&self.path, &self.text, field))
+    }
+
+    /// What the map holds, and what is odd about it.
+    ///
+    /// # Errors
+    /// Its image cannot be read.
+    pub fn survey(&self) -> anyhow::Result<MapSurvey> {
+        let image = self.request.files.get(&self.image_name).map_or(&[][..], |image| image.as_slice());
+        MapSurvey::new(&self.yaml, image).map_err(|e| self.fault(Some("map.file"), &e.to_string()))
     }
 
     /// Why a simulator does not take this scenario, on one line.
@@ -103,8 +116,7 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     let built_in = built_in::find(path);
     let text = match built_in {
         Some(built_in) => built_in.scenario.to_owned(),
-        None => String::from_utf8(bytes(path).with_context(built_in::hint)?)
-            .with_context(|| format!("{} is not text", path.display()))?,
+        None => text_of(path).with_context(built_in::hint)?,
     };
     let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
     if let Some(perception) = choice.perception {
@@ -120,8 +132,9 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
         Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec())),
         None => MapFiles::read(&yaml_path),
     };
-    let MapFiles { yaml_bytes, image_path, image, .. } = read.with_context(|| at("map.file"))?;
-    files.insert(base_name(&image_path)?, image);
+    let MapFiles { yaml, yaml_bytes, image_path, image } = read.with_context(|| at("map.file"))?;
+    let image_name = base_name(&image_path)?;
+    files.insert(image_name.clone(), image);
     scenario.map.file = base_name(&yaml_path)?;
     files.insert(scenario.map.file.clone(), yaml_bytes);
     for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
@@ -149,7 +162,10 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
         clock,
         time_scale,
     };
-    Ok(Package { scenario, request, path: path.to_owned(), text })
+    let package = Package { scenario, request, path: path.to_owned(), text, yaml, image_name };
+    // What cannot be sent is refused here as well, so that what is fine for `check` can be run.
+    package.request.validate().map_err(|reject| package.refusal(&reject))?;
+    Ok(package)
 }
 
 /// A planner by a built-in profile's name or a profile file.
@@ -162,7 +178,7 @@ pub fn read_profile(name: &str) -> anyhow::Result<Profile> {
         let known: Vec<&str> = Profile::names().collect();
         bail!("unknown planner `{name}`; use one of {}, or a .toml file", known.join(", "));
     }
-    let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
+    let text = text_of(&path)?;
     Profile::from_toml(&text).with_context(|| path.display().to_string())
 }
 

@@ -74,6 +74,7 @@ pub mod scene;
 pub mod sensor;
 pub mod states;
 pub mod terms;
+pub mod text;
 pub mod time_to_collision;
 pub mod tracking;
 pub mod trajectory;

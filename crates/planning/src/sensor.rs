@@ -1,5 +1,7 @@
 //! The planar laser as the planner and the localiser model it.
 
+use serde::{Deserialize, Deserializer};
+
 use crate::parameters::FieldError;
 
 use crate::geometry::{Point2, Pose2};
@@ -12,6 +14,7 @@ crate::parameters! {
         /// Where the scanner sits on the robot.
         pub robot_from_laser: Pose2 [table] = Pose2::new(0.0, 0.0, 0.0),
         /// Field of view, radians; 2 pi means all around, the last beam next to the first.
+        #[serde(deserialize_with = "full_turn")]
         pub fov: f64 [
             0.01, std::f64::consts::TAU, "rad", "a full turn is all there is, and one direction is no scan"
         ] = std::f64::consts::PI,
@@ -25,6 +28,12 @@ crate::parameters! {
         /// Standard deviation of one range, metres.
         pub range_sigma: f64 [0.0, 1.0, "m", "a worse laser sees nothing"] = 0.03,
     } check Self::sits_on_the_robot
+}
+
+/// A full turn, whether it is written 6.2832 or with more digits.
+fn full_turn<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    const WRITTEN: f64 = 6.2832;
+    f64::deserialize(d).map(|fov| if fov == WRITTEN { std::f64::consts::TAU } else { fov })
 }
 
 impl LaserModel {
@@ -66,6 +75,17 @@ impl LaserModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::read;
+
+    #[test]
+    fn a_full_turn_is_taken_as_messages_write_it() {
+        for text in ["6.2832", "6.283185307179586"] {
+            let laser: LaserModel = read(&format!("fov = {text}\nbeams = 360\n")).unwrap();
+            assert_eq!((laser.fov, laser.sees_all_around()), (std::f64::consts::TAU, true), "{text}");
+        }
+        let error = read::<LaserModel>("fov = 6.2833\n").unwrap_err().to_string();
+        assert!(error.contains("fov: is 6.2833; give 0.01 to 6.2832 rad"), "{error}");
+    }
 
     #[test]
     fn a_laser_that_sees_all_around_has_its_beams_as_far_apart() {

@@ -7,12 +7,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use curionav_runtime::exit::Exit;
 use curionav_schemas::CDDL;
 use foxglove::Encode;
-use mcap::read::Options;
 use mcap::records::MessageHeader;
-use mcap::{Compression, MessageStream, WriteOptions, Writer};
+use mcap::{Compression, WriteOptions, Writer};
 
 use super::MESSAGE_ENCODING;
 
@@ -21,8 +19,11 @@ const CHUNK: u64 = 1 << 20;
 /// Longest a message waits for its chunk to be full.
 const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 
+/// A file that is written in chunks.
+pub(super) type Mcap = Writer<BufWriter<File>>;
+
 pub(super) struct RecordingWriter {
-    file: Writer<BufWriter<File>>,
+    file: Mcap,
     /// By topic: identifier, and number of the next message.
     channels: HashMap<String, (u16, u32)>,
     flushed: Instant,
@@ -30,7 +31,7 @@ pub(super) struct RecordingWriter {
 }
 
 /// A file where there is none yet, to be written in chunks.
-fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
+pub(super) fn create(path: &Path) -> anyhow::Result<Mcap> {
     let file = File::create_new(path).with_context(|| format!("cannot create {}", path.display()))?;
     let options = WriteOptions::new()
         .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
@@ -112,22 +113,4 @@ impl RecordingWriter {
         file.sync_all()?;
         Ok(())
     }
-}
-
-/// Makes a killed recording whole, with an index, for viewers that want one: copies what is left of `killed` into
-/// `whole`, which must not exist. Gives the number of messages. The killed one is read into memory.
-///
-/// # Errors
-/// Bad input if `killed` cannot be read or `whole` cannot be made, failed if the disk does not take all of it.
-pub fn recover(killed: &Path, whole: &Path) -> Result<u64, Exit> {
-    let bytes = std::fs::read(killed).with_context(|| format!("cannot read {}", killed.display()));
-    let bytes = bytes.map_err(Exit::bad_input)?;
-    let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into());
-    let stream = stream.with_context(|| killed.display().to_string()).map_err(Exit::bad_input)?;
-    let mut writer = create(whole).map_err(Exit::bad_input)?;
-    // The first that cannot be read is where it was killed.
-    let mut left = stream.map_while(Result::ok);
-    let copied = left.try_fold(0, |count, message| writer.write(&message).map(|()| count + 1));
-    let finished = copied.and_then(|count| writer.finish().map(|_| count));
-    finished.with_context(|| format!("cannot write {}", whole.display())).map_err(Exit::failed)
 }

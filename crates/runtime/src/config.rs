@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use curionav_planning::parameters::Ranged;
+use curionav_planning::text::text;
 use curionav_schemas::keys;
 use curionav_security::name::Name;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::endpoint::{Purpose, check_endpoint, check_namespace};
 use crate::guard_settings::{GuardSettings, Zone, check_zones};
 use crate::robot_limits::{Base, RobotLimits};
 use crate::scanner_limits::ScannerLimits;
@@ -128,8 +130,9 @@ pub fn describe_toml_error(text: &str, error: &toml::de::Error) -> String {
 /// What a TOML file says; an error names the file, the line, the field and the reason.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     let shown = path.display();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {shown}"))?;
-    toml::from_str(&text).map_err(|e| anyhow!("{shown}: {}", describe_toml_error(&text, &e)))
+    let bytes = std::fs::read(path).with_context(|| format!("cannot read {shown}"))?;
+    let text = text(&bytes).map_err(|error| anyhow!("{shown} {error}"))?;
+    toml::from_str(text).map_err(|e| anyhow!("{shown}: {}", describe_toml_error(text, &e)))
 }
 
 impl ServiceConfig {
@@ -137,6 +140,12 @@ impl ServiceConfig {
     pub fn check(&self) -> anyhow::Result<()> {
         for (field, name) in [("instance", &self.instance), ("robot", &self.robot), ("world", &self.world)] {
             keys::check_id(name).context(field)?;
+        }
+        for endpoint in &self.connect {
+            check_endpoint(endpoint, Purpose::Connect).context("connect")?;
+        }
+        if let Some(namespace) = &self.namespace {
+            check_namespace(namespace).context("namespace")?;
         }
         let numbers = [
             ("slots", self.slots as f64, 1.0, f64::from(SLOTS_MAX)),

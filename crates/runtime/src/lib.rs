@@ -8,6 +8,7 @@ pub mod convert;
 pub mod cores;
 pub mod denied;
 pub mod echo;
+pub mod endpoint;
 pub mod environment;
 pub mod exit;
 pub mod fair_queue;

@@ -1,4 +1,4 @@
-//! Standard output.
+//! Standard output, and what people are told on standard error.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
@@ -18,4 +18,10 @@ pub fn print(text: impl Display) -> Result<(), Exit> {
         }
         _ => Ok(()),
     }
+}
+
+/// Prints `text` and a line break on standard error. `eprintln!` would panic on a full disk or a closed pipe; here the
+/// line is lost instead.
+pub fn note(text: impl Display) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

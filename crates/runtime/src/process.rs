@@ -190,7 +190,7 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     }
     let (mut shutdown, questions) = on_end(options.supervised).context("signals").map_err(Exit::network)?;
     let session = connect(&config, options.supervised, &mut shutdown).await;
-    let Some(session) = session.map_err(Exit::network)? else { return Ok(()) };
+    let Some(session) = session? else { return Ok(()) };
     let ready = format!("{role} {}", config.instance);
     let on_ready: OnReady = Box::new(move |metrics| Ready { ready, metrics, ..Ready::default() }.print());
     let fields = Fields::new(&session);

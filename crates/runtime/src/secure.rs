@@ -33,7 +33,7 @@ pub fn certificate(folder: &Path, names: &[Name]) -> Result<Identity, SessionErr
     let found = Folder::new(folder);
     let name = found.first_of(names).or_else(|| names.first().cloned());
     let name = name.ok_or_else(|| SessionError::Other("no name for a certificate".into()))?;
-    found.identity(&name).map_err(|error| SessionError::Certificate(error.to_string()))
+    found.identity(&name).map_err(|error| SessionError::Input(error.to_string()))
 }
 
 /// The name under which a program shows itself that may use any of `names`.
@@ -67,7 +67,7 @@ pub fn client(config: &mut Config, folder: &Path, names: &[Name]) -> Result<(), 
 /// Makes a configuration of a router that takes clients over TLS alone, and holds them to the access rules.
 pub fn router(config: &mut Config, folder: &Path, name: &Name) -> Result<(), SessionError> {
     let identity = certificate(folder, std::slice::from_ref(name))?;
-    let rules = Folder::new(folder).rules().map_err(|error| SessionError::Certificate(error.to_string()))?;
+    let rules = Folder::new(folder).rules().map_err(|error| SessionError::Input(error.to_string()))?;
     // The router on a robot also takes the robot's own programs, through a socket on its host.
     let (rules, protocols) = match name.robot() {
         Some(robot) => (rules.with_socket(robot), LINKS_ON_ONE_HOST),
@@ -104,6 +104,37 @@ pub fn distrust(endpoint: &str, folder: &Path, names: &[Name]) -> Option<String>
     }
 }
 
+/// Whether what listens at `address` answers a greeting over TLS. Blocks for a second at most.
+pub(crate) fn speaks_tls(address: &str) -> bool {
+    /// The first two bytes of a handshake or an alert: what kind of record, and the version's first half.
+    const RECORDS: [[u8; 2]; 2] = [[22, 3], [21, 3]];
+    let mut answer = [0; 2];
+    let is_answered = anonymous_greeting(address, &mut answer).is_ok();
+    is_answered && RECORDS.contains(&answer)
+}
+
+fn anonymous_greeting(address: &str, answer: &mut [u8]) -> Result<(), Failure> {
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let config = ClientConfig::builder_with_provider(provider)
+        .with_protocol_versions(&[&rustls::version::TLS13])?
+        .with_root_certificates(RootCertStore::empty())
+        .with_no_client_auth();
+    let anyone = ServerName::try_from("localhost").map_err(|_| Failure::Other)?;
+    let mut connection = ClientConnection::new(Arc::new(config), anyone)?;
+    let mut socket = connected(address)?;
+    connection.write_tls(&mut socket)?;
+    Ok(socket.read_exact(answer)?)
+}
+
+/// A socket whose every step takes no longer than a greeting may.
+fn connected(address: &str) -> Result<TcpStream, Failure> {
+    let resolved = address.to_socket_addrs()?.next().ok_or(Failure::Other)?;
+    let socket = TcpStream::connect_timeout(&resolved, GREETING)?;
+    socket.set_read_timeout(Some(GREETING))?;
+    socket.set_write_timeout(Some(GREETING))?;
+    Ok(socket)
+}
+
 enum Failure {
     Tls(rustls::Error),
     Other,
@@ -136,10 +167,7 @@ fn greet(address: &str, host: &str, identity: &Identity) -> Result<(), Failure> 
         .with_client_auth_cert(vec![own], key)?;
     let host = ServerName::try_from(host.to_owned()).map_err(|_| Failure::Other)?;
     let mut connection = ClientConnection::new(Arc::new(config), host)?;
-    let resolved = address.to_socket_addrs()?.next().ok_or(Failure::Other)?;
-    let mut socket = TcpStream::connect_timeout(&resolved, GREETING)?;
-    socket.set_read_timeout(Some(GREETING))?;
-    socket.set_write_timeout(Some(GREETING))?;
+    let mut socket = connected(address)?;
     let mut stream = Stream::new(&mut connection, &mut socket);
     stream.flush()?;
     match stream.read(&mut [0]) {

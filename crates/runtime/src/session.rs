@@ -1,7 +1,7 @@
 //! Opening Zenoh sessions: in process, as a client of routers, or as a router.
 
 use std::fs::{Permissions, set_permissions};
-use std::net::TcpListener;
+use std::net::{TcpListener, ToSocketAddrs};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,13 +10,11 @@ use curionav_security::name::Name;
 use zenoh::{Config, Session, Wait};
 
 use crate::config::ServiceConfig;
+use crate::endpoint::{AddressError, LINKS, Purpose, check_endpoint};
 use crate::secure;
-use crate::session_error::set;
+use crate::session_error::{IS_IT_RUNNING, set, without_places};
 
 pub use crate::session_error::SessionError;
-
-/// The protocols of links that this build has.
-const LINKS: &[&str] = &["tcp", "unixsock-stream", "tls"];
 
 /// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give up
 /// after half a second, room for 16 shards in the queue of a link, room for 4096 connections that have yet to say who they
@@ -89,7 +87,7 @@ fn check_protocols(config: &Config, keys: &[&str]) -> Result<(), SessionError> {
                 continue;
             }
             let whose = if allowed == "null" { "this program has" } else { "this configuration allows" };
-            return Err(SessionError::Other(format!(
+            return Err(SessionError::Input(format!(
                 "{key}: {endpoint}: {whose} links over {} alone",
                 links.join(", ")
             )));
@@ -103,7 +101,7 @@ fn check_as_safe(file: &Path, of_file: &[String], given: &[String]) -> Result<()
     let is_plain = |endpoint: &&String| protocol(endpoint) != "tls";
     match given.iter().find(is_plain) {
         Some(plain) if !of_file.is_empty() && !of_file.iter().any(|endpoint| is_plain(&endpoint)) => {
-            Err(SessionError::Other(format!(
+            Err(SessionError::Input(format!(
                 "connect: {plain}: {} connects over tls alone; give a tls/ endpoint, or none",
                 file.display()
             )))
@@ -116,7 +114,8 @@ fn check_as_safe(file: &Path, of_file: &[String], given: &[String]) -> Result<()
 pub async fn embedded() -> Result<Session, SessionError> {
     let mut config = common(None, None)?;
     set(&mut config, &[("mode", r#""peer""#), ("listen/endpoints", "[]"), ("connect/endpoints", "[]")])?;
-    zenoh::open(config).await.map_err(|e| SessionError::Other(format!("cannot open a Zenoh session: {e}")))
+    let failed = |e: zenoh::Error| without_places(&format!("cannot open a Zenoh session: {e}"));
+    zenoh::open(config).await.map_err(|e| SessionError::Other(failed(e)))
 }
 
 /// A client of the first router that answers, found again by itself after a loss. `service` must have been checked.
@@ -149,6 +148,7 @@ async fn client_by(
     file: Option<PathBuf>,
     lease_ms: Option<u32>,
 ) -> Result<Session, SessionError> {
+    check_endpoints(&service.connect, Purpose::Connect)?;
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
     if let Some(lease_ms) = lease_ms.filter(|_| file.is_none()) {
         set(&mut config, &[("transport/link/tx/lease", &lease_ms.to_string())])?;
@@ -171,8 +171,6 @@ async fn client_by(
     set(&mut config, &once)?;
     let named = (!service.connect.is_empty()).then(|| service.connect.join(", "));
     let endpoints = named.unwrap_or_else(|| "the configured endpoints".into());
-    let no_router =
-        || SessionError::NoRouter { endpoints: endpoints.clone(), seconds: timeout.as_secs_f64() };
     let deadline = tokio::time::Instant::now() + timeout;
     let session = loop {
         match tokio::time::timeout_at(deadline, zenoh::open(config.clone())).await {
@@ -183,10 +181,10 @@ async fn client_by(
                     return Err(SessionError::Distrust { endpoints, reason });
                 }
             }
-            Err(_) => return Err(no_router()),
+            Err(_) => return Err(no_router(service, endpoints).await),
         }
         if tokio::time::Instant::now() + RETRY >= deadline {
-            return Err(no_router());
+            return Err(no_router(service, endpoints).await);
         }
         tokio::time::sleep(RETRY).await;
     };
@@ -194,7 +192,7 @@ async fn client_by(
     while session.info().routers_zid().await.next().is_none() {
         if tokio::time::Instant::now() >= deadline {
             let _ = session.close().await;
-            return Err(no_router());
+            return Err(no_router(service, endpoints).await);
         }
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
@@ -208,6 +206,39 @@ async fn distrust(service: &ServiceConfig) -> Option<String> {
     let names = service.certificates.clone();
     let asking = move || endpoints.iter().find_map(|endpoint| secure::distrust(endpoint, &folder, &names));
     tokio::task::spawn_blocking(asking).await.ok().flatten()
+}
+
+fn check_endpoints(endpoints: &[String], purpose: Purpose) -> Result<(), AddressError> {
+    endpoints.iter().try_for_each(|endpoint| check_endpoint(endpoint, purpose))
+}
+
+/// No router has answered in time, and why, as far as can be found out.
+async fn no_router(service: &ServiceConfig, endpoints: String) -> SessionError {
+    let tried = service.connect.clone();
+    let asking = move || tried.iter().find_map(|endpoint| silent_because(endpoint));
+    let found = tokio::task::spawn_blocking(asking).await.ok().flatten();
+    let hint = found.unwrap_or_else(|| IS_IT_RUNNING.into());
+    SessionError::NoRouter { endpoints, seconds: service.connect_timeout_s, hint }
+}
+
+/// Why Zenoh finds no router at `endpoint`, if that can be told. Blocks for a second at most, and for as long as a name
+/// is looked up.
+fn silent_because(endpoint: &str) -> Option<String> {
+    let (protocol, rest) = endpoint.split_once('/')?;
+    let address = rest.split(['?', '#']).next()?;
+    if protocol == "unixsock-stream" {
+        return None;
+    }
+    if address.to_socket_addrs().is_err() {
+        let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+        return Some(format!("the host `{host}` is not known here; give another name, or its address"));
+    }
+    let is_secure = protocol == "tcp" && secure::speaks_tls(address);
+    is_secure.then(|| {
+        format!(
+            "what listens there speaks TLS; give tls/{address}, and the folder of certificates (--secure)"
+        )
+    })
 }
 
 /// How a router is set up.
@@ -226,6 +257,8 @@ pub struct RouterSettings<'a> {
 /// A router.
 pub async fn router(settings: RouterSettings<'_>) -> Result<Session, SessionError> {
     let RouterSettings { listen, connect: others, file, secure } = settings;
+    check_endpoints(listen, Purpose::Listen)?;
+    check_endpoints(others, Purpose::Connect)?;
     let all = listen.join(", ");
     let mut config = common(file, None)?;
     set(&mut config, &[("mode", r#""router""#)])?;

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +91,40 @@ def people(  # noqa: PLR0917 - the columns of a table of people
 
 
 def _column(given: ArrayLike) -> F64:
-    return np.atleast_1d(np.asarray(given, np.float64))
+    column = np.atleast_1d(np.asarray(given, np.float64))
+    if column.ndim != 1:
+        raise ValueError(f"a column of people has one dimension, found the shape {column.shape}")
+    return column
+
+
+_COLUMNS = (2, 4, 5)
+"""How many columns a crowd may have."""
+
+
+def _people_of(step: CrowdStep, found: People | Iterable[Any]) -> People:
+    """What a function gives for its crowd, as a message.
+
+    Rows are not columns: of two or four people nobody could tell which was meant, so neither arrays nor lists of
+    pairs are guessed at.
+    """
+    if isinstance(found, People):
+        return found
+    if isinstance(found, np.ndarray):
+        raise _no_columns(f"an array of the shape {found.shape}")
+    if isinstance(found, list) and found and all(isinstance(entry, tuple) for entry in found):
+        raise _no_columns(f"a list of {len(found)} tuples")
+    columns = tuple(found)
+    if len(columns) not in _COLUMNS:
+        raise _no_columns(f"{len(columns)} columns")
+    return people(step, *columns)
+
+
+def _no_columns(what: str) -> EncodeError:
+    detail = (
+        f"the crowd is {what}; give the columns (x, y), (x, y, vx, vy) or (x, y, vx, vy, ids), such as "
+        "(a[:, 0], a[:, 1]) of an array with a row per person"
+    )
+    return EncodeError(People.NAME, "", {"code": "invalid", "detail": detail})
 
 
 def _whole(ids: ArrayLike) -> U32:
@@ -212,7 +245,7 @@ class CrowdThread:
         try:
             for step in self._crowd.steps():
                 found = self._function(step)
-                self._crowd.send(found if isinstance(found, People) else people(step, *found))
+                self._crowd.send(_people_of(step, found))
         except Exception as error:
             self.failure = error
             self._failed()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from . import keys
 from .closable import Closable
 from .commands import command, lease_of, pause
 from .crowd import Crowd, CrowdFunction
-from .errors import ConnectionFailed, CurionavError, DecodeError, NoAnswer, Rejected
+from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
 from .messages import (
     Cancel,
@@ -34,7 +35,7 @@ from .run import SCENARIO_TIMEOUT, Run
 from .scenario import Scenario
 from .secure import Identity
 from .serving import EvaluatorServer
-from .session import alive, ask, close_at_exit, open_session
+from .session import alive, ask, check_session, close_at_exit, is_forked, open_session
 
 A = TypeVar("A", bound=Message)
 
@@ -42,6 +43,11 @@ _TIMEOUT = 2.0
 """For questions about small things, seconds."""
 _MAP_TIMEOUT = 10.0
 """For a map of up to 16 MB, seconds."""
+
+
+_GOAL_TIMEOUT = 10.0
+"""Longest that services are waited for until they have prepared for a goal, s."""
+_GOAL_PAUSE = 0.1
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,13 @@ def connect(
     identity = None if secure is None else Identity.of(secure, certificate)
     session = open_session(endpoint, namespace, config, timeout, identity)
     return Deployment(session, None if identity is None else identity.name)
+
+
+def _accepted(mission: Mission) -> Mission:
+    if mission.end is not None and mission.end["code"] == "unprepared":
+        reject = mission.end["reject"]
+        raise Rejected(reject.field, reject.why)
+    return mission
 
 
 def _scenario(given: Scenario | str | Path | dict[str, Any]) -> Scenario:
@@ -139,8 +152,9 @@ class Deployment(Closable):
             world: Name of the simulated world.
             robot: Name of the robot in it.
             crowd: Plays further people: a function from a `CrowdStep` to ``(x, y)``, ``(x, y, vx, vy)`` or
-                ``(x, y, vx, vy, ids)``; m and m/s, map frame. It is called once per tick, on a thread of its own; what
-                it raises ends the run. The scenario's people become ``kind = "live"``.
+                ``(x, y, vx, vy, ids)``, columns with an entry per person; m and m/s, map frame. It is called once per
+                tick, on a thread of its own; what it raises ends the run. The scenario's people become
+                ``kind = "live"``.
 
         Raises:
             Rejected: The scenario was refused, with the field and the reason, or a run is under way there.
@@ -245,8 +259,23 @@ class Deployment(Closable):
         return self._wish(robot, Cancel())
 
     def goal(self, x: float, y: float, heading: float | None = None, robot: str = "robot") -> Mission:
-        """Sends a robot elsewhere on its map: m and rad, map frame; any heading will do if there is none."""
-        return self._wish(robot, ChangeGoal(x=x, y=y, heading=heading))
+        """Sends a robot elsewhere on its map: m and rad, map frame; any heading will do if there is none.
+
+        Gives the mission once the robot's services have prepared for the goal, or as it is after 10 s.
+
+        Raises:
+            Rejected: The goal is refused: it cannot be reached, or the heading is no turn.
+        """
+        asked = self._wish(robot, ChangeGoal(x=x, y=y, heading=heading))
+        deadline = time.monotonic() + _GOAL_TIMEOUT
+        while time.monotonic() < deadline:
+            said = self.mission(robot)
+            if said.revision != asked.revision:
+                break
+            if said.state != "preparing":
+                return _accepted(said)
+            time.sleep(_GOAL_PAUSE)
+        return asked
 
     def grid(self, identity: bytes) -> OccupancyGrid:
         """The map with this hash, such as ``report.map``.
@@ -262,15 +291,15 @@ class Deployment(Closable):
 
     def close(self) -> None:
         """Closes the connection, its evaluators and crowds; runs go on without it. Does nothing the second time."""
+        if is_forked():
+            return
         for owned in list(self._owned):
             owned.close()
         if not self._session.is_closed():
             self._session.close()
 
     def _open(self) -> zenoh.Session:
-        if self._session.is_closed():
-            raise CurionavError("the connection is closed")
-        return self._session
+        return check_session(self._session)
 
     def _wish(self, robot: str, request: MissionCommand) -> Mission:
         return command(self._open(), robot, request, _TIMEOUT)

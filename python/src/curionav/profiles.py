@@ -82,7 +82,7 @@ def read_toml(path: Path, field: str) -> dict[str, Any]:
         ScenarioError: The file cannot be read or is not TOML; ``field`` is what names it.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ScenarioError(field, f"cannot read {path}: {error.strerror}") from error
     except ValueError as error:

@@ -8,21 +8,17 @@ import re
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
+import yaml
+
 from .datasets import locate
 from .errors import DatasetError, ScenarioError
 from .field_types import Fault, plain
 from .profiles import DEFAULT, Planner, changed, complete, read_toml
 
-_WHOLE = frozenset({"plan_every", "beams", "ids", "max_neighbors"})
-"""Integer fields of a scenario; every other number in it is a float, as the CBOR reader of the services demands."""
-
-_FREE = frozenset({"localizer", "tracker"})
-"""Tables that go to other readers as they are."""
-
-_IMAGE = re.compile(r"""^image\s*:\s*(?:"([^"]*)"|'([^']*)'|([^#\n]*?))\s*(?:\s#.*)?$""", re.MULTILINE)
-
-_SENDABLE = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9._ -]*[A-Za-z0-9_-])?", re.ASCII)
-"""A file name the services accept."""
+_SENDABLE = re.compile(r"""(?![. ])[^\x00-\x1f\x7f-\x9f/\\:~*?"<>|]+(?<![. ])""")
+"""A file name the services accept: see `check_file_name` of ``schemas/src/world.rs``."""
+_NAME_BYTES = 255
+"""Longest such name."""
 
 
 class Scenario:
@@ -155,7 +151,7 @@ class Scenario:
                     files[sent[path]] = _read(field, path)
                 recorded["file"] = sent[path]
         try:
-            return _floats(plain(data)), files
+            return plain(data), files
         except Fault as fault:
             raise ScenarioError(fault.path, fault.reason) from None
 
@@ -167,16 +163,11 @@ class Scenario:
 
     def _pack_map(self, path: Path, files: dict[str, bytes]) -> str:
         description = _read("map.file", path)
-        found = _IMAGE.search(description.decode("utf-8", "replace"))
-        image = next((group for group in found.groups() if group), "") if found else ""
-        if not image:
-            raise ScenarioError("map.file", f"{path} names no image; it needs a line such as `image: map.pgm`")
+        image = _image_of(path, description)
         # The services look for the image under the name its description gives, so it cannot be renamed.
         name = PurePosixPath(image).name
-        if not _SENDABLE.fullmatch(name):
-            raise ScenarioError(
-                "map.file", f"the image `{name}` needs a name of letters, digits, `.`, `_`, `-` and spaces"
-            )
+        if not _is_sendable(name):
+            raise ScenarioError("map.file", f"the image `{name}` needs a name that is valid on every system")
         files[name] = _read("map.file: image", path.parent / image)
         sent = _free_name(path.name, 0, files)
         files[sent] = description
@@ -190,27 +181,26 @@ def _read(field: str, path: Path) -> bytes:
         raise ScenarioError(field, f"cannot read {path}: {error.strerror}") from error
 
 
+def _image_of(path: Path, description: bytes) -> str:
+    """The image that a map's description names. What else it says is the services' to check."""
+    try:
+        tables = yaml.safe_load(description.decode("utf-8-sig", "replace"))
+    except yaml.YAMLError as error:
+        raise ScenarioError("map.file", f"{path} is not YAML: {' '.join(str(error).split())}") from error
+    image = tables.get("image") if isinstance(tables, dict) else None
+    if not isinstance(image, str) or not image:
+        raise ScenarioError("map.file", f"{path} names no image; it needs a line such as `image: map.pgm`")
+    return image
+
+
+def _is_sendable(name: str) -> bool:
+    return len(name.encode()) <= _NAME_BYTES and _SENDABLE.fullmatch(name) is not None
+
+
 def _free_name(name: str, index: int, taken: dict[str, bytes]) -> str:
     """``name`` made of characters the services accept, with ``index`` before it if it is taken."""
-    if not _SENDABLE.fullmatch(name):
+    if not _is_sendable(name):
         name = f"file-{re.sub(r'[^A-Za-z0-9_.-]', '_', name).rstrip('.')}"
     while name in taken:
         name = f"{index}-{name}"
     return name
-
-
-def _floats(table: dict[str, Any]) -> dict[str, Any]:
-    """The tables with integers as floats where the services expect floats: ``start = [1, 2, 0]`` is three of them."""
-
-    def convert(key: str, value: Any) -> Any:
-        if key in _WHOLE or isinstance(value, bool):
-            return value
-        if isinstance(value, int):
-            return float(value)
-        if isinstance(value, list):
-            return [convert(key, entry) for entry in value]
-        if isinstance(value, dict):
-            return {inner: convert(inner, entry) for inner, entry in value.items()}
-        return value
-
-    return {key: value if key in _FREE else convert(key, value) for key, value in table.items()}

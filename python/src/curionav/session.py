@@ -22,7 +22,8 @@ from typing import TypeVar
 import zenoh
 
 from . import secure
-from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
+from .endpoint import check_endpoint, check_namespace
+from .errors import ConnectionFailed, CurionavError, DecodeError, NoAnswer, Rejected
 from .messages import Message, Reject
 from .secure import Identity
 
@@ -65,6 +66,11 @@ def open_session(
     """
     if timeout <= 0.0:
         raise ValueError(f"timeout must be positive, found {timeout}")
+    _check_process()
+    if endpoint is not None:
+        check_endpoint(endpoint)
+    if namespace is not None:
+        check_namespace(namespace)
     if identity is not None:
         endpoint = endpoint or (secure.DEFAULT_ENDPOINT if _file(config) is None else None)
         if endpoint is not None:
@@ -156,6 +162,7 @@ def _open(settings: zenoh.Config, where: str, timeout: float) -> zenoh.Session:
         abandoned.set()
         raise
     if opened:
+        _of_process.opened = True
         return opened[0]
     abandoned.set()
     raise ConnectionFailed(_no_router(where, timeout)) from (failed[0] if failed else None)
@@ -170,6 +177,60 @@ def close_at_exit(user: object, session: zenoh.Session) -> None:
     A session that is dropped while Python ends waits ten seconds for its callbacks, which can no longer run.
     """
     _users[user] = session
+
+
+class _Process:
+    """What this process has of Zenoh."""
+
+    opened = False
+    """Whether a session was opened here: Zenoh then has threads."""
+    forked = False
+    """Whether this process was forked from one that had such threads. They are not in it, and it would hang."""
+    inherited: list[zenoh.Session]
+    """Sessions of the process that this one was forked from; they are never dropped, which would wait for threads."""
+
+
+_of_process = _Process()
+
+
+def _after_fork() -> None:
+    if _of_process.opened:
+        _of_process.forked = True
+        _of_process.inherited = list(_users.values())
+        _users.clear()
+
+
+os.register_at_fork(after_in_child=_after_fork)
+
+
+def is_forked() -> bool:
+    """Whether this process was forked from one with a connection: what it has inherited must be left alone."""
+    return _of_process.forked
+
+
+def _check_process() -> None:
+    """Refuses a process that was forked from one with a connection.
+
+    Raises:
+        CurionavError: It was; what was meant works with a process that is started anew.
+    """
+    if _of_process.forked:
+        raise CurionavError(
+            "this process was forked from one with a connection, which Zenoh does not survive; start it with "
+            '`multiprocessing.get_context("spawn")`, or fork before the first `connect`'
+        )
+
+
+def check_session(session: zenoh.Session) -> zenoh.Session:
+    """The session, if it can be used.
+
+    Raises:
+        CurionavError: It is closed, or was opened before this process was forked.
+    """
+    _check_process()
+    if session.is_closed():
+        raise CurionavError("the connection is closed")
+    return session
 
 
 @atexit.register

@@ -9,6 +9,7 @@ use curionav_planning::parameters::{FieldError, Range, Ranged, read_table};
 use curionav_planning::profile::Profile;
 use curionav_ros2::dialect::{Dialect, RmwZenoh, Ros2Dds};
 use curionav_ros2::interface::Distribution;
+use curionav_runtime::endpoint::{Purpose, check_endpoint};
 use curionav_runtime::robot_limits::RobotLimits;
 use curionav_tracking_people::TrackerParams;
 use serde::{Deserialize, Serialize};
@@ -219,8 +220,9 @@ impl Ros2Config {
         Ok(config)
     }
 
-    /// No name may leave its place in a key.
+    /// No name may leave its place in a key, and the robot's router must be somewhere.
     fn names_are_of_ros(&self) -> Result<(), FieldError> {
+        check_endpoint(&self.endpoint, Purpose::Connect).map_err(|error| error.at("endpoint"))?;
         let topics = self.topics.named();
         let namespace = self.namespace.trim_matches('/');
         let whole = [("namespace".to_owned(), namespace), ("node".to_owned(), self.node.as_str())];

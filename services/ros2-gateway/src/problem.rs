@@ -87,17 +87,24 @@ pub struct Problem {
     pub detail: String,
 }
 
-/// Bytes of a detail: together with its labels it is the name of a sample in a status.
-const DETAIL_MAX: usize = 80;
+/// Bytes of a detail, as diagnostics and logs show it: with its topic it is one text of a message.
+const DETAIL_MAX: usize = curionav_ros2::limits::TEXT - 300;
+/// Bytes of a detail as a metric's label: together with the other labels it is the name of a sample in a status.
+const LABEL_MAX: usize = 80;
+/// What stands for the rest of a text that is cut.
+const REST: &str = "...";
 
 impl Problem {
-    /// A problem; the detail is cut to what a metric's label may have.
+    /// A problem.
     pub fn new(kind: ProblemKind, topic: impl Into<String>, detail: impl Into<String>) -> Self {
         // What a metric's label would have to escape is left out.
-        let mut detail: String = detail.into().replace(['"', '\\'], "'").replace('\n', " ");
-        let end = (0..=DETAIL_MAX.min(detail.len())).rev().find(|at| detail.is_char_boundary(*at));
-        detail.truncate(end.unwrap_or(0));
-        Self { kind, topic: topic.into(), detail }
+        let detail: String = detail.into().replace(['"', '\\'], "'").replace('\n', " ");
+        Self { kind, topic: topic.into(), detail: cut(detail, DETAIL_MAX) }
+    }
+
+    /// The detail as a metric's label.
+    pub fn label(&self) -> String {
+        cut(self.detail.clone(), LABEL_MAX)
     }
 
     /// The problem of which a sample of the metric `curionav_ros2_problem` tells, by its name with labels; nothing for
@@ -113,6 +120,15 @@ impl Problem {
     pub fn sentence(&self) -> String {
         format!("{} {} {}", self.topic, self.kind.words(), self.detail)
     }
+}
+
+/// No more than so many bytes of a text, and a mark where it was cut.
+fn cut(mut text: String, most: usize) -> String {
+    if text.len() > most {
+        text.truncate(text.floor_char_boundary(most - REST.len()));
+        text += REST;
+    }
+    text
 }
 
 fn label(labels: &str, name: &str) -> Option<String> {
@@ -190,7 +206,17 @@ mod tests {
             "/r1/cmd_vel has another type elsewhere: /r1/base has 'Twist_' and'more"
         );
         assert_eq!(Problem::of_sample("curionav_uptime_seconds{role=\"cpc\"}"), None);
-        assert!(Problem::new(ProblemKind::Rate, "t", "\u{e4}".repeat(200)).detail.len() <= DETAIL_MAX);
+    }
+
+    #[test]
+    fn a_long_detail_is_whole_in_diagnostics_and_cut_with_a_mark_in_a_label() {
+        let long = "\u{e4}".repeat(200);
+        let problem = Problem::new(ProblemKind::Rate, "t", long.as_str());
+        assert_eq!(problem.detail, long);
+        assert!(problem.label().len() <= LABEL_MAX && problem.label().ends_with("..."));
+        let endless = Problem::new(ProblemKind::Rate, "t", "x".repeat(5000));
+        assert!(endless.sentence().len() <= curionav_ros2::limits::TEXT && endless.detail.ends_with("..."));
+        assert_eq!(Problem::new(ProblemKind::Rate, "t", "x".repeat(80)).label(), "x".repeat(80));
     }
 
     #[test]

@@ -149,8 +149,9 @@ fn metrics(service: &RobotService, noted: &Noted) -> Metrics {
         "Always 1; the labels say what is wrong with a topic of ROS",
         &["kind", "topic", "detail"],
         move || {
-            let labels =
-                |problem: Problem| vec![problem.kind.code().to_owned(), problem.topic, problem.detail];
+            let labels = |problem: Problem| {
+                vec![problem.kind.code().to_owned(), problem.topic.clone(), problem.label()]
+            };
             locked(&problems).all().into_iter().map(|problem| (labels(problem), 1.0)).collect()
         },
     );

@@ -1,17 +1,23 @@
 //! From an injected scenario to a world and a mission.
 
 use curionav_crowdsim::scenario::{PeopleSource, Recorded, Scenario};
+use curionav_crowdsim::world::MOST_PEOPLE;
 use curionav_crowdsim::{Recording, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::occupancy::{MapYaml, load_map};
-use curionav_planning::parameters::{Ranged, read_table};
+use curionav_planning::parameters::read_table;
 use curionav_planning::profile::Profile;
+use curionav_planning::text::loose_text;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
+use curionav_schemas::limits::MAX_PEOPLE;
 use curionav_schemas::{
     self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value, keys,
 };
 use curionav_tracking_people::TrackerParams;
+
+/// What a scenario may hold fits into a message.
+const _: () = assert!(MOST_PEOPLE == MAX_PEOPLE);
 
 /// Roles that every run needs.
 const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
@@ -46,13 +52,16 @@ impl Prepared {
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
 pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<Prepared, Reject> {
-    let scenario: Scenario = convert::from_value("scenario", &request.scenario)?;
-    scenario.check().map_err(convert::refusal)?;
+    let scenario: Scenario = convert::read_value(&request.scenario).map_err(|fault| {
+        let is_whole = fault.field.is_empty();
+        convert::refusal(if is_whole { fault.below("scenario") } else { fault })
+    })?;
     let localizer = localizer(&scenario)?;
     let tracker = tracker(&scenario)?;
     let profile: Profile = convert::parameters("profile", &request.profile)?;
     let grid = {
-        let text = String::from_utf8_lossy(file(request, "map.file", &scenario.map.file)?);
+        let text = loose_text(file(request, "map.file", &scenario.map.file)?);
+        let text = text.map_err(|e| Refusal::invalid(e).at("map.file"))?;
         let yaml = MapYaml::parse(&text).map_err(|e| Refusal::invalid(e).at("map.file"))?;
         let image = yaml.image.rsplit('/').next().unwrap_or(&yaml.image);
         let image = file(request, "map.file: image", image)?;
@@ -101,8 +110,7 @@ fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [
 
 fn recording(request: &InjectRequest, index: usize, recorded: &Recorded) -> Result<Recording, Reject> {
     let field = format!("recorded[{index}].file");
-    let text = String::from_utf8_lossy(file(request, &field, &recorded.file)?);
-    Recording::parse(&text, recorded.format, recorded.fps)
+    Recording::read(file(request, &field, &recorded.file)?, recorded.format, recorded.fps)
         .map_err(|e| Refusal::invalid(format!("{}: {e}", recorded.file)).at(field))
 }
 
@@ -165,6 +173,10 @@ mod tests {
     #[test]
     fn a_refusal_names_its_field_once() {
         let scenario = Value::Map(vec![("nme".into(), "a".into())]);
+        let request = InjectRequest { scenario, ..golden::inject_request() };
+        let reject = prepare(&request, "robot", &Fields::of_maps([])).err().unwrap();
+        assert_eq!(reject.field.as_deref(), Some("nme"));
+        let scenario = Value::Map(vec![("name".into(), Value::Null)]);
         let request = InjectRequest { scenario, ..golden::inject_request() };
         let reject = prepare(&request, "robot", &Fields::of_maps([])).err().unwrap();
         assert_eq!(reject.field.as_deref(), Some("scenario"));

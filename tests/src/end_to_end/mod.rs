@@ -6,6 +6,7 @@ mod bench;
 mod closed_output;
 mod deployment;
 mod doctor;
+mod doors;
 mod drivers;
 mod localize;
 mod metrics;

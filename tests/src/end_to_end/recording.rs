@@ -344,7 +344,12 @@ fn a_recorder_that_is_killed_leaves_what_it_has_heard() {
 
     let whole = folder.path().join("whole.mcap");
     let (killed, made) = (path.to_str().unwrap(), whole.to_str().unwrap());
-    assert!(curionav(&["record", made, "--recover", killed]).status.success());
+    let recovered = curionav(&["record", made, "--recover", killed]);
+    let said = String::from_utf8(recovered.stderr).unwrap();
+    assert!(
+        recovered.status.code() == Some(1) && said.trim_end().ends_with("; its end is missing"),
+        "{said}"
+    );
     assert!(mcap::Summary::read(&std::fs::read(&whole).unwrap()).unwrap().is_some());
     let (again, _) = replay(&whole, &[]);
     assert_eq!((again.cut_short, again.replayed), (false, json.replayed));

@@ -4,12 +4,15 @@ mod viewer;
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use clap::Args;
 use curionav_deployment::embedded::Embedded;
+use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice};
 use curionav_deployment::service_kind::Kind;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
+use curionav_runtime::print::note;
 use curionav_runtime::session::{self, RouterSettings};
 use curionav_runtime::shutdown::{Shutdown, on_signals};
 use curionav_schemas::Clock;
@@ -57,12 +60,13 @@ pub(crate) async fn run(options: DemoOptions) -> Result<u8, Exit> {
     let config = ServiceConfig::default();
     let listen = [LISTEN.to_owned()];
     let router = RouterSettings { listen: &listen, ..RouterSettings::default() };
-    let session = session::router(router).await.map_err(Exit::network)?;
+    let session = session::router(router).await?;
     let mut embedded =
         Embedded::of(&Kind::simulated(), session.clone(), &config).await.map_err(Exit::network)?;
     let played = async {
         let viewer = open_viewer(&session, &config, &options).await?;
         let out = viewer.is_none().then_some(options.out.as_path());
+        out.map_or(Ok(()), files::writable_folder).context("--out").map_err(Exit::bad_input)?;
         let finished = follow_or_cancel(&session, &config, &package, out.is_some()).await?;
         let status = show(out, false, &package, finished)?;
         if let Some(viewer) = viewer {
@@ -88,11 +92,11 @@ async fn open_viewer(
     let endpoint =
         endpoints.first().ok_or_else(|| Exit::network(anyhow::anyhow!("there is no port to listen on")))?;
     let Some(program) = viewer::program() else {
-        eprintln!(
+        note(format_args!(
             "There is no viewer: it comes with curionav's Python package and its extra `viewer`. \
              The run will be drawn into {}.",
             options.out.join("run.svg").display()
-        );
+        ));
         return Ok(None);
     };
     let mut ways = Vec::new();
@@ -112,14 +116,14 @@ async fn open_viewer(
             Some(_) => {}
         }
     }
-    eprintln!("The run will be drawn into {}.", options.out.join("run.svg").display());
+    note(format_args!("The run will be drawn into {}.", options.out.join("run.svg").display()));
     Ok(None)
 }
 
 /// Leaves the viewer open until it is closed, or until the end is asked for.
 async fn stay(mut viewer: Viewer, ends_by_itself: bool) -> Result<(), Exit> {
     if !ends_by_itself {
-        eprintln!("Drag the viewer's time line to go back. Close the viewer or press Ctrl-C to end.");
+        note("Drag the viewer's time line to go back. Close the viewer or press Ctrl-C to end.");
     }
     let mut signals: Shutdown = on_signals().map_err(Exit::network)?;
     tokio::select! {

@@ -17,7 +17,7 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, EXAMINES, refused};
+use crate::connect::{ConnectOptions, EXAMINES};
 use crate::denied::{denied, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
@@ -67,7 +67,7 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
-        Err(error) => return Err(refused(error)),
+        Err(error) => return Err(error.into()),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);

@@ -10,7 +10,8 @@ use zenoh::Session;
 
 use crate::connect::{ConnectOptions, LOOKS};
 use curionav_recording::{Recorder, Scope, Tally, recover};
-use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
+use curionav_runtime::print::note;
 
 /// Record what robots see, decide and do, to view it and to plan it again.
 ///
@@ -21,9 +22,10 @@ use curionav_runtime::exit::{Exit, SUCCESS};
 ///   curionav record drive.mcap                         every robot behind the router on this machine
 ///   curionav record drive.mcap --robot r1 --connect tcp/10.0.0.1:7447
 ///   curionav run scenarios/quickstart.toml --record drive.mcap
-///   curionav record whole.mcap --recover killed.mcap   repair one whose recorder was killed, for viewers
+///   curionav record whole.mcap --recover damaged.mcap  repair one that is damaged, or whose recorder was killed
 ///
-/// Exit status: 0 recorded; 1 nothing came, or the disk is full; 2 bad argument, or OUT.mcap exists; 3 no router.
+/// Exit status: 0 recorded, or recovered without loss; 1 nothing came, the disk is full, or something was lost in what
+/// is recovered; 2 bad argument, or OUT.mcap exists; 3 no router.
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct RecordOptions {
@@ -33,25 +35,26 @@ pub(crate) struct RecordOptions {
     /// Record only this robot.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
-    /// Do not listen; copy what can be read of the recording of a killed recorder, and add an index.
-    #[arg(long, value_name = "KILLED.mcap", conflicts_with = "robot")]
+    /// Do not listen; copy what can be read of a damaged recording, or of one whose recorder was killed, and add an
+    /// index. What was lost is said on standard error.
+    #[arg(long, value_name = "DAMAGED.mcap", conflicts_with = "robot")]
     recover: Option<PathBuf>,
     #[command(flatten)]
     at: ConnectOptions,
 }
 
 pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
-    if let Some(killed) = &options.recover {
-        let messages = recover(killed, &options.path)?;
-        eprintln!("{}: {messages} messages", options.path.display());
-        return Ok(SUCCESS);
+    if let Some(damaged) = &options.recover {
+        let recovery = recover(damaged, &options.path)?;
+        note(format_args!("{}: {recovery}", options.path.display()));
+        return Ok(if recovery.is_loss() { FAILED } else { SUCCESS });
     }
     let mut signals = on_signals().map_err(Exit::network)?;
     let session = options.at.session(&LOOKS).await?;
     let scope = Scope { robot: options.robot, world: None };
     let recording = async {
         let mut recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input)?;
-        eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
+        note(format_args!("recording into {}; Ctrl-C ends it", options.path.display()));
         tokio::select! {
             () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
             failure = recorder.failure() => Err(Exit::failed(failure)),
@@ -60,7 +63,7 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
     let ended = recording.await;
     session::close(&session);
     let tally = ended?;
-    eprintln!("{}", summary(&options.path, &tally));
+    note(format_args!("{}", summary(&options.path, &tally)));
     if tally.written == 0 {
         let robots = "no robot said anything: is one driving, in this namespace? See `curionav status`";
         return Err(Exit::failed(anyhow::anyhow!(robots)));
@@ -79,7 +82,7 @@ pub(crate) async fn during<T>(
     let recorder = Recorder::start(session, path, &scope).map_err(Exit::bad_input)?;
     let finished = run.await;
     let recording = recorder.finish().await.map_err(Exit::failed);
-    let recording = recording.map(|tally| eprintln!("{}", summary(path, &tally)));
+    let recording = recording.map(|tally| note(format_args!("{}", summary(path, &tally))));
     if let (Err(_), Err(error)) = (&finished, &recording) {
         // The program ends with what became of the run.
         tracing::error!(%error, "the recording failed as well");

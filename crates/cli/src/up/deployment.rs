@@ -94,8 +94,8 @@ impl Deployment {
     }
 
     fn check(&self) -> anyhow::Result<()> {
-        let Self { robot, world, .. } = self.clone();
-        ServiceConfig { robot, world, ..ServiceConfig::default() }.check()?;
+        let Self { robot, world, namespace, .. } = self.clone();
+        ServiceConfig { robot, world, namespace, ..ServiceConfig::default() }.check()?;
         for &kind in Kind::ALL {
             let (least, most) = match kind {
                 Kind::Tracker | Kind::Simulator => (0, 1),

@@ -10,6 +10,7 @@ use anyhow::Context;
 use clap::Args;
 use curionav_deployment::supervised::{Supervised, client_arguments};
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::print::note;
 use curionav_runtime::process::Ready;
 use curionav_runtime::shutdown::{Shutdown, on_signals};
 use futures_util::future::{OptionFuture, try_join_all};
@@ -101,7 +102,9 @@ async fn start_and_watch(
     let endpoints = vec![endpoint.clone()];
     Ready { ready: "deployment".into(), endpoints, processes, ..Ready::default() }.print();
     if std::io::stderr().is_terminal() {
-        eprintln!("The deployment is up; try: curionav status --connect {endpoint}. Ctrl-C ends it.");
+        note(format_args!(
+            "The deployment is up; try: curionav status --connect {endpoint}. Ctrl-C ends it."
+        ));
     }
     // Each by itself: one that takes long to be ready again keeps no other waiting.
     let limit = deployment.max_restarts_per_minute;

@@ -1,7 +1,9 @@
 //! What can be said about a scenario once its map is known.
 
+use std::fmt;
+
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::{Cell, StaticMap};
+use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::parameters::FieldError;
 
 use super::{Scenario, WalkMode, Walker};
@@ -22,6 +24,64 @@ impl Scenario {
             walker_fits(map, &format!("walkers[{i}]"), walker, self.people.radius)?;
         }
         Ok(())
+    }
+}
+
+/// Halvings of the difference between what fits and what does not: to a thousandth of it.
+const BISECTIONS: u32 = 10;
+
+/// The narrowest place of a way that a planner does not pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NarrowPlace {
+    /// Map frame.
+    pub at: Point2,
+    /// Room between walls there, metres, to a cell or so.
+    pub width: f64,
+    /// Room that the planner asks for on this map, metres: the robot, its margin on both sides, and a cell's diagonal
+    /// on both sides, because a wall is known no better.
+    pub needed: f64,
+}
+
+impl fmt::Display for NarrowPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { at: Point2 { x, y }, width, needed } = self;
+        write!(
+            f,
+            "the way is too narrow for this robot and planner: about {width:.2} m at ({x:.2}, {y:.2}), and they need \
+             {needed:.2} m on a map of this resolution; widen the way, make the robot or its `collision.wall_margin` \
+             smaller, or give a finer map"
+        )
+    }
+}
+
+impl Scenario {
+    /// Where the way to the goal is too narrow for a planner that keeps `wall_margin` metres from walls, although the
+    /// robot fits through; nothing if there is a way.
+    pub fn too_narrow(&self, map: &StaticMap, wall_margin: f64) -> Option<NarrowPlace> {
+        let start = self.robot.start.position();
+        let radius = self.robot.model.radius();
+        let passes = |radius: f64| connected(map, start, self.robot.goal, radius, |_| false);
+        if passes(radius + wall_margin) {
+            return None;
+        }
+        let mut widest = radius;
+        let mut too_wide = radius + wall_margin;
+        for _ in 0..BISECTIONS {
+            let between = 0.5 * (widest + too_wide);
+            if passes(between) { widest = between } else { too_wide = between }
+        }
+        let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
+        let within = reachable(map, start, radius + wall_margin, |_| false);
+        let index = |p: Point2| map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
+        let room = |p: &Point2| map.to_obstacle.clearance(&map.grid, *p);
+        let half = radius + wall_margin + diagonal;
+        let field = GeodesicField::new(map, self.robot.goal, radius);
+        let way = field.descend(start, 0.5 * map.grid.resolution());
+        let beyond = way.into_iter().skip_while(|p| index(*p).is_some_and(|cell| within[cell]));
+        // Points and the cells that they lie in differ by no more than a diagonal.
+        let narrow = beyond.take_while(|p| room(p) < half + diagonal);
+        let at = narrow.min_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(self.robot.goal);
+        Some(NarrowPlace { at, width: 2.0 * (widest + diagonal), needed: 2.0 * half })
     }
 }
 
@@ -124,6 +184,18 @@ mod tests {
     #[test]
     fn a_fitting_scenario_passes() {
         scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&two_rooms(20)).unwrap();
+    }
+
+    #[test]
+    fn a_way_that_is_too_narrow_for_the_planner_is_told() {
+        let scenario = scenario("[8, 5]", "[[1, 1], [4, 1]]");
+        // In a gap of nine cells the middle is 0.5 m from walls, and the robot's 0.3 m and a diagonal are 0.441 m.
+        assert_eq!(scenario.too_narrow(&two_rooms(9), 0.05), None);
+        let narrow = scenario.too_narrow(&two_rooms(9), 0.1).unwrap();
+        assert!((narrow.needed - 1.083).abs() < 1e-3 && (narrow.width - 1.0).abs() < 1e-3, "{narrow:?}");
+        assert!((narrow.at.x - 5.05).abs() < 0.5 && (narrow.at.y - 4.45).abs() < 0.3, "{narrow:?}");
+        assert_eq!(scenario.too_narrow(&two_rooms(20), 0.5), None);
+        assert!(scenario.too_narrow(&two_rooms(20), 0.7).is_some());
     }
 
     #[test]

@@ -15,6 +15,7 @@ use curionav_planning::motion::{OdometryNoise, RobotModel};
 use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
 
+pub use check::NarrowPlace;
 pub(crate) use check::{connected, reachable};
 pub use crowd::{Behaviour, Crowd, Region, contains};
 pub use people::{

@@ -223,7 +223,8 @@ curionav_planning::parameters! {
         /// Only these people of the recording; none means all of them.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub ids: Option<Vec<u32>>
-            [0.0, 4_294_967_295.0, "", "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"],
+            [0.0, 4_294_967_295.0, "", "identities are 32 bits wide";
+             1.0, 100_000.0, "without any, leave it out; and no recording has more people"],
         /// Begin again with the first frame after the last. If it is left out, people are gone after the last.
         #[serde(default)]
         pub r#loop: bool,

@@ -14,6 +14,7 @@ use curionav_planning::nalgebra::Matrix3;
 use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
 use curionav_planning::random::rng;
 use curionav_planning::scene::{Belief, People, Scene};
+use curionav_runtime::print::note;
 
 use crate::case::{Case, Sample};
 
@@ -34,7 +35,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let file = match curionav_datasets::locate(MAP, Path::new("")) {
         Ok(file) => file,
         Err(missing) => {
-            eprintln!("rrt-star/depot is left out: {missing}");
+            note(format_args!("rrt-star/depot is left out: {missing}"));
             return Ok(Vec::new());
         }
     };

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use curionav_deployment::files;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
-use curionav_runtime::print::print;
+use curionav_runtime::print::{note, print};
 
 use execution::Execution;
 use manifest::Manifest;
@@ -63,7 +63,7 @@ async fn finish(
     let plan = Plan::read(&what.planners, &what.patterns(), what.perception).map_err(Exit::bad_input)?;
     let out = &results.out;
     let traces = out.join("traces");
-    files::make_folder(&traces).context("--out").map_err(Exit::bad_input)?;
+    files::writable_folder(&traces).context("--out").map_err(Exit::bad_input)?;
     let jobs = plan.jobs(what.first_seed, what.repeats, Some(&traces));
     if !shards.is_empty() {
         shards::collect(shards, out, &jobs, results.any_build).map_err(Exit::bad_input)?;
@@ -80,7 +80,7 @@ async fn finish(
     };
     if let Some(shard) = shard {
         shards::note(out, what, shard).context("--out").map_err(Exit::bad_input)?;
-        let jobs = shards::part(jobs, what.repeats, shard);
+        let jobs = shards::part(jobs, shard);
         let missing = execution.finish(&jobs).await?;
         show_missing(&missing);
         let Shard { index, count } = shard;
@@ -118,7 +118,7 @@ fn write_manifest(out: &Path, manifest: &Manifest<'_>) -> Result<(), Exit> {
 
 fn show_missing(missing: &[Missing]) {
     for Missing { job, reason } in missing {
-        eprintln!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed);
+        note(format_args!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed));
     }
 }
 

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use curionav_deployment::follow::progress_bar;
+use curionav_runtime::print::note;
 use indicatif::{HumanDuration, ProgressBar};
 
 /// Between two lines where there is no terminal to draw a bar in.
@@ -31,7 +32,7 @@ impl Progress {
         let left = HumanDuration(each.mul_f64(total.saturating_sub(done) as f64));
         self.bar.set_message(format!("{left} left, {what}"));
         if self.bar.is_hidden() && self.said.elapsed() >= LINE_EVERY {
-            eprintln!("{done} of {total} runs, {left} left");
+            note(format_args!("{done} of {total} runs, {left} left"));
             self.said = Instant::now();
         }
     }

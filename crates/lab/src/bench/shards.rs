@@ -25,10 +25,10 @@ pub(super) fn note(out: &Path, what: &What, shard: Shard) -> anyhow::Result<()> 
     files::write(&out.join(NOTE), serde_json::to_vec_pretty(&note)?)
 }
 
-/// The jobs of a part. All seeds of a planner in a scenario are in the same part, so that its worker prepares each map
-/// once.
-pub(super) fn part(jobs: Vec<Job>, repeats: u32, shard: Shard) -> Vec<Job> {
-    let is_mine = |i: &usize| i / repeats as usize % shard.count == shard.index - 1;
+/// The jobs of a part, dealt one by one: the seeds of a planner in a scenario, which take about the same time, are
+/// spread over all parts. Each round begins with the next part, so that no part has always the same planner.
+pub(super) fn part(jobs: Vec<Job>, shard: Shard) -> Vec<Job> {
+    let is_mine = |i: &usize| (i % shard.count + i / shard.count) % shard.count == shard.index - 1;
     jobs.into_iter().enumerate().filter(|(i, _)| is_mine(i)).map(|(_, job)| job).collect()
 }
 
@@ -99,21 +99,31 @@ mod tests {
         }
     }
 
+    /// The seeds of the jobs in each part.
+    fn parts(jobs: usize, count: usize) -> Vec<Vec<u64>> {
+        let of = |index| part((0..jobs).map(job).collect(), Shard { index, count });
+        (1..=count).map(|index| of(index).iter().map(|job| job.seed).collect()).collect()
+    }
+
     #[test]
-    fn parts_are_disjoint_whole_and_keep_the_seeds_of_a_pair_together() {
-        for (jobs, repeats, count) in [(60, 10, 4), (7 * 3, 3, 5), (5, 1, 8)] {
-            let parts: Vec<Vec<Job>> = (1..=count)
-                .map(|index| part((0..jobs).map(job).collect(), repeats, Shard { index, count }))
-                .collect();
-            let mut all: Vec<u64> = parts.iter().flatten().map(|job| job.seed).collect();
+    fn parts_are_disjoint_whole_and_equal() {
+        for (jobs, count) in [(60, 4), (21, 5), (5, 8), (100, 7), (1, 1)] {
+            let parts = parts(jobs, count);
+            let mut all = parts.concat();
             all.sort_unstable();
             assert_eq!(all, (0..jobs as u64).collect::<Vec<_>>());
-            for part in &parts {
-                assert!(
-                    part.chunks(repeats as usize)
-                        .all(|c| c[0].seed / u64::from(repeats) == c[c.len() - 1].seed / u64::from(repeats))
-                );
-            }
+            let sizes = || parts.iter().map(Vec::len);
+            assert!(sizes().max().unwrap() - sizes().min().unwrap() <= 1, "{parts:?}");
+        }
+    }
+
+    #[test]
+    fn one_scenario_is_shared_and_no_part_has_always_the_same_planner() {
+        // One scenario and planner with 100 seeds.
+        assert!(parts(100, 4).iter().all(|part| part.len() == 25));
+        // Three planners in seven scenarios, one seed each: job 3 s + p.
+        for part in parts(21, 3) {
+            assert!((0..3).all(|planner| part.iter().any(|job| job % 3 == planner)), "{part:?}");
         }
     }
 

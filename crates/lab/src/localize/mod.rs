@@ -239,7 +239,7 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, Str
     let map = StaticMap::new(grid);
     let params = match &options.localizer {
         Some(path) => {
-            let text = String::from_utf8_lossy(&files::bytes(path)?).into_owned();
+            let text = files::text(path)?;
             parameters::read::<LocalizerParams>(&text).with_context(|| path.display().to_string())?
         }
         None => LocalizerParams::default(),

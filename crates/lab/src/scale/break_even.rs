@@ -7,6 +7,7 @@ use curionav_planning::generation::Tree;
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
 use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::print::note;
 use curionav_schemas::Clock;
 use serde_json::{Value, json};
 
@@ -61,7 +62,7 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
             };
             let times = compare(robot, &work, seconds).await?;
             let among = people.map_or(String::new(), |people| format!(", {people} people"));
-            eprintln!("{replicas} replicas{among}, {unit}: {size}");
+            note(format_args!("{replicas} replicas{among}, {unit}: {size}"));
             let [in_process_ms, pool_ms] = times.map(|mut times| percentile_ms(&mut times, 0.5));
             all.push(Times { replicas, people, size, in_process_ms, pool_ms });
         }

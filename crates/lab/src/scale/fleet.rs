@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::print::note;
 use curionav_runtime::serve::refusals;
 use curionav_runtime::{map_store, session};
 use serde_json::json;
@@ -47,7 +48,7 @@ pub(super) async fn measure(
     let replicas = options.replicas_or(&[REPLICAS]).first().copied().unwrap_or_default();
     let mut rows = Vec::new();
     for &robots in &options.fleet {
-        eprintln!("{robots} robots, {replicas} replicas of each role, {} routers", options.routers);
+        note(format_args!("{robots} robots, {replicas} replicas of each role, {} routers", options.routers));
         rows.push(row(options, processes, workload, (replicas, usize::from(robots))).await?);
     }
     let json = json!({

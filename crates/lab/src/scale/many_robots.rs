@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use curionav_pool::budget::{Budget, StageTimes};
 use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::print::note;
 use curionav_schemas::Clock;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
@@ -27,7 +28,7 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
     let mut rows = Vec::new();
     for replicas in setup.options.replicas_or(&[2]) {
         for &robots in &setup.options.robots {
-            eprintln!("{robots} robots over {replicas} replicas");
+            note(format_args!("{robots} robots over {replicas} replicas"));
             rows.push(row(setup, processes, &work, (replicas, usize::from(robots))).await?);
         }
     }

@@ -21,7 +21,7 @@ mod workload;
 
 use anyhow::anyhow;
 use curionav_runtime::exit::{Exit, SUCCESS};
-use curionav_runtime::print::print;
+use curionav_runtime::print::{note, print};
 use curionav_runtime::shutdown::on_signals;
 
 use processes::Processes;
@@ -54,7 +54,7 @@ async fn measure(options: &Options, processes: &mut Processes) -> anyhow::Result
     if options.drives_through() {
         return trees::measure(options, processes).await;
     }
-    eprintln!("driving through {}", options.scenario.display());
+    note(format_args!("driving through {}", options.scenario.display()));
     let workload = Workload::of(&options.scenario, options.planner.as_deref()).await?;
     let measured = match options.service.map(|service| Setup { options, workload: &workload, service }) {
         Some(setup) if options.break_even => break_even::measure(&setup, processes).await,

@@ -16,6 +16,7 @@ use curionav_pool::dispatch::{self, Grown};
 use curionav_pool::peers::Peers;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
+use curionav_runtime::print::note;
 use curionav_schemas::{self as wire, Clock, Message};
 use serde_json::json;
 use zenoh::Session;
@@ -49,7 +50,10 @@ pub(super) async fn measure(
     workload: &Workload,
 ) -> anyhow::Result<Measured> {
     let seconds = options.seconds.unwrap_or(20.0);
-    eprintln!("{} cycles by turns in process and over processes, {seconds} s", workload.cycles.len());
+    note(format_args!(
+        "{} cycles by turns in process and over processes, {seconds} s",
+        workload.cycles.len()
+    ));
     let pools = [Service::Generator, Service::Cpc, Service::Cnc];
     for service in pools {
         processes.add(service.name(), 1).await?;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::print::note;
 use curionav_schemas::Clock;
 use tokio::task::JoinSet;
 
@@ -28,7 +29,7 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
     let mut rows = Vec::new();
     let mut first = None;
     for replicas in setup.options.replicas_or(&[1, 2, 4, 8]) {
-        eprintln!("{replicas} replicas, {seconds} s");
+        note(format_args!("{replicas} replicas, {seconds} s"));
         let robots = usize::from(setup.options.in_flight) * replicas;
         let robots = setup.robots(processes, (replicas, robots), Clock::Lockstep).await?;
         let mut alone = drive(processes, &robots.all[..1], &work, half).await?;

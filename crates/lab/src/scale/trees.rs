@@ -10,6 +10,7 @@ use curionav_deployment::service_kind::Kind;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::print::note;
 use curionav_runtime::session;
 use curionav_schemas::{Clock, Degradation, Outcome, RunResult};
 use serde_json::json;
@@ -78,7 +79,7 @@ async fn drive_all(
     let begin = Instant::now();
     let before = processes.used();
     for seed in 1..=options.drives {
-        eprintln!("{trees} trees, drive {seed} of {}", options.drives);
+        note(format_args!("{trees} trees, drive {seed} of {}", options.drives));
         let package = read(options, Some(seed.into()), Some(trees as u32))?;
         let finished = follow(&robot.session, config, &package, true).await?;
         driven.add(finished);

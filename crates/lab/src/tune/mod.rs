@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use curionav_runtime::exit::{Exit, SUCCESS};
-use curionav_runtime::print::print;
+use curionav_runtime::print::{note, print};
 use curionav_schemas::hex;
 use sha2::{Digest, Sha256};
 
@@ -82,7 +82,7 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
     // Checked before the first run, not after an hour.
     Plan::read(&["curiosity".into()], &options.scenarios, None).map_err(Exit::bad_input)?;
     let folder = options.out.join("settings");
-    files::make_folder(&folder).context("--out").map_err(Exit::bad_input)?;
+    files::writable_folder(&folder).context("--out").map_err(Exit::bad_input)?;
     let execution = Execution::open(&options.out, options.jobs, false)?;
     let mut runs = Runs { space: &space, options: &options, folder, execution, tried: Vec::new() };
     let profile = results(&mut runs).await.map_err(|e| e.downcast::<Exit>().unwrap_or_else(Exit::failed))?;
@@ -170,7 +170,7 @@ impl Trial for Runs<'_> {
         }
         let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
         let what = count(settings.len(), "setting");
-        eprintln!("{what} with {}: least cost {least:.4}", count(repeats as usize, "seed"));
+        note(format_args!("{what} with {}: least cost {least:.4}", count(repeats as usize, "seed")));
         Ok(costs)
     }
 }

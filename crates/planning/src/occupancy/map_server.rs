@@ -4,13 +4,14 @@
 //! thresholds are taken as written, with their known trap: grey 205, by which map savers mean unknown,
 //! is an occupancy of 0.196 and so reads as free under a `free_thresh` of 0.25.
 
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind};
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgba};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Rgba};
 
 use super::grid::MAX_CELLS;
 use super::map_yaml::MapServerError;
 use crate::occupancy::{Cell, MapMode, MapYaml, OccupancyGrid};
+use crate::text::GZIP;
 
 /// Most memory the image decoder may hold, bytes: the largest map with four 16-bit channels, and as much
 /// again for its scratch.
@@ -74,10 +75,11 @@ fn cell(yaml: &MapYaml, pixel: Rgba<u16>, alpha: bool) -> i8 {
     }
 }
 
-fn decode(bytes: &[u8]) -> Result<DynamicImage, MapServerError> {
+pub(super) fn decode(bytes: &[u8]) -> Result<DynamicImage, MapServerError> {
     let (format, expansion) = match image::guess_format(bytes) {
         Ok(ImageFormat::Pnm) => (ImageFormat::Pnm, MAX_PNM_EXPANSION),
         Ok(ImageFormat::Png) => (ImageFormat::Png, MAX_PNG_EXPANSION),
+        _ if bytes.starts_with(&GZIP) => return Err(MapServerError::Gzip),
         _ => return Err(MapServerError::Format),
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -92,7 +94,12 @@ fn decode(bytes: &[u8]) -> Result<DynamicImage, MapServerError> {
     if decoder.total_bytes() > expansion * bytes.len() as u64 {
         return Err(MapServerError::Truncated(width, height, bytes.len()));
     }
-    Ok(DynamicImage::from_decoder(decoder)?)
+    DynamicImage::from_decoder(decoder).map_err(|error| match &error {
+        ImageError::IoError(io) if io.kind() == ErrorKind::UnexpectedEof => {
+            MapServerError::Truncated(width, height, bytes.len())
+        }
+        _ => error.into(),
+    })
 }
 
 /// A grid as a binary PGM in map_saver's greys: free 254, occupied 0, unknown 205. With

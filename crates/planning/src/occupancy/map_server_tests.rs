@@ -219,6 +219,13 @@ fn a_bad_description_is_told_apart_by_field_and_mend() {
     }
     assert!(MapYaml::parse("").is_err() && MapYaml::parse("3").is_err());
     assert!(MapYaml::parse(&yaml_with("negate: 0", "negate: false")).is_ok());
+    for mode in ["Scale", "SCALE", "scale", "Raw", "TriNary"] {
+        assert!(
+            MapYaml::parse(&yaml_with("negate: 0", &format!("negate: 0\nmode: {mode}"))).is_ok(),
+            "{mode}"
+        );
+    }
+    assert_eq!(MapYaml::parse(&format!("\u{feff}{PLAIN}")).unwrap(), MapYaml::parse(PLAIN).unwrap());
     assert!(MapYaml::parse(&" ".repeat(MAX_YAML_BYTES + 1)).is_err());
 }
 
@@ -232,6 +239,11 @@ fn absurd_sizes_are_refused_before_anything_is_allocated() {
     assert!(matches!(refuse(b"P5\n4000 4000\n255\n\x00"), MapServerError::Truncated { .. }));
     assert!(matches!(refuse(b"P5\n0 0\n255\n"), MapServerError::Image(_) | MapServerError::Grid(_)));
     assert!(matches!(refuse(b""), MapServerError::Format));
+    assert!(matches!(refuse(&[0x1f, 0x8b, 8, 0, 0]), MapServerError::Gzip));
+    for cut in [&b"P5\n4 4\n255\n0123456789"[..], b"P5\n4 4\n255\n", b"P6\n4 4\n255\n0123456789"] {
+        let said = refuse(cut).to_string();
+        assert!(said.contains("should have 4 x 4 pixels but is only"), "{said}");
+    }
     assert!(matches!(refuse(b"GIF89a and more bytes"), MapServerError::Format));
     // a PNG header for 100000 x 100000 pixels, with the right checksum missing or not: never a grid
     let mut header = png(image::GrayImage::new(4, 4));

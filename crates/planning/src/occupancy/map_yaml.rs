@@ -7,6 +7,7 @@ use serde_saphyr::{FlowSeq, NonFiniteFloatPolicy};
 use crate::geometry::Pose2;
 use crate::occupancy::OccupancyGrid;
 use crate::occupancy::grid::{GridError, MAX_CELLS};
+use crate::text::without_mark;
 
 /// Longest description accepted, bytes: real ones have about 150.
 pub(super) const MAX_YAML_BYTES: usize = 64 * 1024;
@@ -27,6 +28,9 @@ pub enum MapServerError {
     /// The image is neither PNM nor PNG.
     #[error("the map's image is neither PGM/PNM nor PNG: convert it to one of these")]
     Format,
+    /// The image is compressed as a whole.
+    #[error("the map's image is compressed with gzip: unpack it (gunzip)")]
+    Gzip,
     /// The image is damaged, or too large for the decoder.
     #[error("the map's image cannot be decoded: {0}")]
     Image(#[from] image::ImageError),
@@ -144,7 +148,7 @@ impl MapYaml {
             with_snippet: false,
             non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
         };
-        let written: Written = serde_saphyr::from_str_with_options(text, options)
+        let written: Written = serde_saphyr::from_str_with_options(without_mark(text), options)
             .map_err(|e| MapServerError::Yaml(e.to_string()))?;
         let Written { image, resolution, origin, negate, occupied_thresh, free_thresh, mode } = written;
         let side = |v: &Scalar| v.number().filter(|n| *n > 0.0);
@@ -205,6 +209,7 @@ fn read_name(value: &Scalar) -> Option<String> {
 
 fn read_mode(value: &Scalar) -> Option<MapMode> {
     let Scalar::Text(mode) = value else { return None };
+    let mode = mode.to_lowercase();
     let mode: StrDeserializer<'_, serde::de::value::Error> = mode.as_str().into_deserializer();
     MapMode::deserialize(mode).ok()
 }

@@ -8,6 +8,7 @@ mod map_server;
 mod map_yaml;
 mod ray_cast;
 mod static_map;
+mod survey;
 
 pub use distance_transform::DistanceField;
 pub(crate) use front::Front;
@@ -18,3 +19,4 @@ pub use map_server::{encode_pgm, load_map};
 pub use map_yaml::{MapMode, MapServerError, MapYaml};
 pub use ray_cast::{Hit, RayCaster};
 pub use static_map::StaticMap;
+pub use survey::MapSurvey;

@@ -89,9 +89,11 @@ impl Range {
         why: "no pose is exact, and beyond some metres it is another place",
     };
 
-    /// Whether `value` lies in it; NaN lies in none.
+    /// Whether `value` lies in it, as exactly as its ends are written; NaN lies in none.
     pub fn holds(&self, value: f64) -> bool {
         (self.least..=self.most).contains(&value)
+            || value == as_written(self.least)
+            || value == as_written(self.most)
     }
 
     /// The ends and the unit, as people write them: `0.01 to 1 s`.
@@ -106,6 +108,11 @@ impl Range {
     }
 }
 
+/// The end of a range as a message names it, which may lie a little outside: 2 pi is written 6.2832.
+fn as_written(value: f64) -> f64 {
+    end(value).parse().unwrap_or(value)
+}
+
 /// The end of a range, such as pi, without the digits that do not matter.
 fn end(value: f64) -> String {
     let whole = number(value);
@@ -116,4 +123,22 @@ fn end(value: f64) -> String {
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-4..1e6).contains(&size) { format!("{value:e}") } else { value.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_takes_the_ends_that_it_names() {
+        let angle = |most: f64| Range { least: 0.01, most, unit: "rad", why: "" };
+        for range in [Range::HEADING, Range::POSITION, angle(std::f64::consts::PI), angle(2.0 / 3e-3)] {
+            let ends = range.ends();
+            for end in ends.trim_end_matches(['r', 'a', 'd', 'm', ' ']).split(" to ") {
+                assert!(range.holds(end.parse().unwrap()), "{end} of {ends}");
+            }
+            assert!(range.holds(range.least) && range.holds(range.most) && !range.holds(f64::NAN));
+        }
+        assert!(!Range::HEADING.holds(6.2833) && !Range::HEADING.holds(-6.29) && !Range::HEADING.holds(90.0));
+    }
 }

@@ -9,9 +9,11 @@ use toml::de::{DeTable, DeValue};
 use super::error::{FieldError, range_of};
 use super::field::Field;
 use super::ranged::Ranged;
+use crate::text::without_mark;
 
 /// Reads and checks a file. Errors name line and field.
 pub fn read<T: Ranged + DeserializeOwned>(text: &str) -> Result<T, FieldError> {
+    let text = without_mark(text);
     let value: T = toml::from_str(text).map_err(|e| FieldError::from_syntax(&e, text, T::FIELDS))?;
     value.check().map_err(|e| e.located_in(text))?;
     Ok(value)

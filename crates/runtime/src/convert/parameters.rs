@@ -1,6 +1,6 @@
 //! Parameter tables: typed structs on either side, a self-describing map on the wire.
 
-use curionav_planning::parameters::{FieldError, Ranged};
+use curionav_planning::parameters::{FieldError, Ranged, read_table};
 use curionav_schemas::{MissionOrder, Refusal, Reject, Value};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -18,7 +18,22 @@ pub fn from_value<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, 
 
 /// A parameter struct from a map, every number of it within its range.
 pub fn parameters<T: Ranged + DeserializeOwned>(field: &str, value: &Value) -> Result<T, Reject> {
-    checked(field, from_value(field, value)?)
+    read_value(value).map_err(|fault| refusal(fault.below(field)))
+}
+
+/// A parameter struct from a map, by the rules of files: whole numbers are taken where a float is due, and what is
+/// wrong is named by its field.
+///
+/// # Errors
+/// The first fault, as a file with the same content would have it.
+pub fn read_value<T: Ranged + DeserializeOwned>(value: &Value) -> Result<T, FieldError> {
+    match value.deserialized::<T>() {
+        Ok(parameters) => parameters.check().map(|()| parameters),
+        Err(ciborium::value::Error::Custom(reason)) => match toml::Table::try_from(value) {
+            Ok(table) => read_table(&table),
+            Err(_) => Err(FieldError::new("", reason, "give what a file could hold")),
+        },
+    }
 }
 
 /// A value that came in a message, if its numbers are within their ranges.
@@ -38,4 +53,32 @@ pub fn check_order(order: &MissionOrder) -> Result<(), Reject> {
     checked("laser", super::laser(&order.laser))?;
     checked("odometry_noise", super::noise(&order.odometry_noise))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::sensor::LaserModel;
+
+    use super::*;
+
+    fn laser(field: &str, value: Value) -> Result<LaserModel, FieldError> {
+        read_value(&Value::Map(vec![(field.into(), value)]))
+    }
+
+    #[test]
+    fn a_map_is_read_by_the_rules_of_files() {
+        assert_eq!(laser("range_max", 6.into()).unwrap().range_max, 6.0);
+        assert_eq!(laser("beams", 91.into()).unwrap().beams, 91);
+        for (field, value, problem) in [
+            ("beams", Value::Float(181.0), "invalid type: floating point `181.0`, expected u32"),
+            ("range_max", "6".into(), "invalid type: string \"6\", expected f64"),
+            ("range_max", Value::Float(-6.0), "is -6"),
+            ("bems", 91.into(), "unknown field `bems`"),
+        ] {
+            let fault = laser(field, value).unwrap_err();
+            assert!(fault.field == field && fault.problem.starts_with(problem), "{fault}");
+        }
+        let nothing = laser("beams", Value::Null).unwrap_err();
+        assert!(nothing.field.is_empty() && !nothing.problem.is_empty(), "{nothing}");
+    }
 }
