@@ -102,6 +102,7 @@ def mission(state: str = "running", run: int = 1) -> Mission:
         require=[],
     )
     return Mission(
+        lease=17,
         run=run,
         revision=1,
         order=order,
@@ -258,6 +259,7 @@ def command(tick: int) -> Twist:
     near = tick == 6
     since = 0.6 if near else 0.7 if tick > 6 else 0.0
     return Twist(
+        lease=17,
         epoch=1, seq=tick, tick=tick, stamp=tick * 0.1, v=0.2 if near else 1.0, omega=0.0,
         reason="too_close" if near else "tracking", since=since,
     )  # fmt: skip

@@ -58,7 +58,7 @@ def test_candidates_rejected_for_one_reason_are_counted_together_whatever_its_fi
 
 def test_what_the_driver_does_is_said_with_how_long_it_has_done_it() -> None:
     explained = report("cycle_report.explained")
-    twist = Twist(epoch=1, seq=2, tick=3, stamp=4.0, v=0.1, omega=0.0, reason="too_close", since=3.2)
+    twist = Twist(lease=1, epoch=1, seq=2, tick=3, stamp=4.0, v=0.1, omega=0.0, reason="too_close", since=3.2)
     line = "For 1.0 s the driver has done this: braking: something is too close."
     assert line in str(Explanation(replace(explained, driven=twist))).splitlines()
     assert "the driver" not in str(Explanation(replace(explained, driven=None)))

@@ -60,6 +60,7 @@ pub const MAX_DEPTH: usize = 16;
 /// Farthest that a laser may sit from the robot's centre, m: no service robot is larger.
 pub const MAX_LASER_DISTANCE: f64 = 5.0;
 /// Greatest heading that is asked for, rad: a turn either way, as messages write it. More is probably meant as degrees.
+#[expect(clippy::approx_constant, reason = "the end of a range as it is written, to four digits")]
 pub const MAX_HEADING: f64 = 6.2832;
 /// Largest magnitude of a number with a meaning (metres, seconds, costs): products of a few stay finite.
 pub const MAX_MAGNITUDE: f64 = 1e12;

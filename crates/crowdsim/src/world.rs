@@ -144,19 +144,14 @@ impl World {
     fn are_few_enough(&self) -> Result<(), FieldError> {
         let walkers = self.scenario.walkers.len();
         let recorded: usize = self.recordings.iter().map(|recording| recording.ids().len()).sum();
-        if walkers + recorded <= MOST_PEOPLE {
+        let all = walkers + recorded;
+        if all <= MOST_PEOPLE {
             return Ok(());
         }
         let field = if recorded > 0 { "recorded" } else { "walkers" };
-        let problem = format!(
-            "are {} people in all: {walkers} with routes and {recorded} recorded",
-            walkers + recorded
-        );
-        Err(FieldError::new(
-            field,
-            problem,
-            format!("have at most {MOST_PEOPLE}, `ids` chooses among the recorded"),
-        ))
+        let problem = format!("are {all} people in all: {walkers} with routes and {recorded} recorded");
+        let mend = format!("have at most {MOST_PEOPLE}, `ids` chooses among the recorded");
+        Err(FieldError::new(field, problem, mend))
     }
 
     /// Whether nobody stands in the robot at its start. People who walk as they were recorded go on by themselves; one

@@ -32,6 +32,7 @@ crate::parameters! {
 
 /// A full turn, whether it is written 6.2832 or with more digits.
 fn full_turn<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    #[expect(clippy::approx_constant, reason = "the end of a range as it is written, to four digits")]
     const WRITTEN: f64 = 6.2832;
     f64::deserialize(d).map(|fov| if fov == WRITTEN { std::f64::consts::TAU } else { fov })
 }

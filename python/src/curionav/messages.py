@@ -227,14 +227,16 @@ Rejection = Annotated[dict[str, Any], coded({
 
 
 CommandReason = Literal[
-    "tracking", "too_close", "arrived", "told_to_stop", "mission_not_running", "no_odometry", "paused", "no_lease",
-    "base_clock_wrong", "no_decision", "decision_expired", "decision_of_another_run", "decision_invalid",
-    "decision_belief_unknown", "no_belief", "belief_too_old", "belief_of_another_run", "no_scan", "scan_too_old",
-    "scan_of_another_run",
+    "tracking", "slowed", "too_close", "way_unseen", "arrived", "told_to_stop", "mission_not_running", "no_odometry",
+    "paused", "no_lease", "base_clock_wrong", "no_decision", "decision_expired", "decision_of_another_run",
+    "decision_invalid", "decision_belief_unknown", "no_belief", "belief_too_old", "belief_of_another_run", "no_scan",
+    "scan_too_old", "scan_of_another_run", "blind_refused", "blind_narrow", "blind_short", "blind_silent",
+    "blind_rare", "blind_map",
 ]
 """What the driver does.
 
-"tracking" and "too_close" follow the decision, the second one braking for what the laser sees all others stop.
+"tracking", "slowed", "too_close" and "way_unseen" follow the decision: the second one more slowly, the third one
+braking for what the laser sees, the fourth one for what it has not seen. All others stop.
 """
 
 
@@ -930,8 +932,13 @@ class Scores(Message):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Scan(Message):
-    """One turn of the laser."""
+class Scan(methods.Scan, Message):
+    """One turn of the laser.
+
+    Two or more beams sweep more than 0 rad and at most a turn and a step. A range of NaN or 0 says nothing: the beam
+    has failed. One below range_min says that something is there, at range_min; one of range_max or more that nothing
+    is there as far as range_max.
+    """
 
     NAME: ClassVar[str] = "scan"
     MAX_BYTES: ClassVar[int] = 64 << 10
@@ -942,12 +949,14 @@ class Scan(Message):
     """rad, first beam, laser frame"""
     angle_increment: Number
     """rad from beam to beam; negative for a laser that turns clockwise"""
+    range_min: NonNegative | None = None
+    """m, not negative, less than range_max; absent: 0"""
     range_max: Positive
     """m, positive; the localizer uses scans of up to 200 m"""
     laser: Pose
-    """laser in the robot frame"""
-    ranges: Annotated[F32, Array("f32", "beams", low=0.0, limit=8192)]
-    """[beams <= 8192] m, not negative; range_max: nothing hit; the localizer needs 2 or more"""
+    """laser in the robot frame, at most 5 m from its origin"""
+    ranges: Annotated[F32, Array("f32", "beams", low=0.0, nan=True, limit=8192)]
+    """[beams <= 8192] m, not negative or NaN; the localizer needs 2 or more"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
