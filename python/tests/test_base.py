@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 import zenoh
@@ -16,7 +17,7 @@ from curionav.errors import NoAnswer, Rejected
 from curionav.messages import Cancel, Lease, LeaseRequest, Message, Mission, PauseReply, PauseRequest, Twist
 
 
-def wish(driver: str, lease: int, what: str, paused: bool = False) -> LeaseRequest:
+def wish(driver: str, lease: int, what: Literal["hold", "take_over", "release"], paused: bool = False) -> LeaseRequest:
     return LeaseRequest(driver=driver, lease=lease, wish=what, paused=paused)
 
 
@@ -89,19 +90,14 @@ def test_a_base_grants_pauses_and_admits(session: zenoh.Session) -> None:
     with pytest.raises(NoAnswer, match="the driver that holds its lease"):
         pause(session, "r1", True, 0.5)
     assert lease.paused
-    answered = session.declare_queryable(
-        f"{key}/pause",
-        lambda query: query.reply(
-            query.key_expr,
-            PauseReply(
-                role="driver",
-                instance="a",
-                lease=number,
-                paused=PauseRequest.decode(query.payload.to_bytes()).paused,
-            ).encode(),
-            encoding=PauseReply.encoding(),
-        ),
-    )
+
+    def obey(query: zenoh.Query) -> None:
+        assert query.payload is not None
+        paused = PauseRequest.decode(query.payload.to_bytes()).paused
+        reply = PauseReply(role="driver", instance="a", lease=number, paused=paused)
+        query.reply(query.key_expr, reply.encode(), encoding=reply.encoding())
+
+    answered = session.declare_queryable(f"{key}/pause", obey)
     pause(session, "r1", False, 2.0)
     assert not lease.paused
     answered.undeclare()

@@ -312,7 +312,8 @@ async fn a_real_base_whose_scans_show_nothing_stands_and_drives_on_when_they_sho
     bench.request(MissionCommand::Set { order: Box::new(honest()) }).await;
     bench.runs().await;
     let refused = CommandReason::BlindRefused;
-    let blind: [(fn(&mut Scan), CommandReason); 8] = [
+    type Spoils = fn(&mut Scan);
+    let blind: [(Spoils, CommandReason); 8] = [
         // Refused as they come: the last good one is followed until it is too old.
         (|s| s.laser.x = 1e6, refused),
         (|s| s.angle_increment = 0.0, refused),

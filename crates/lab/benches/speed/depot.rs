@@ -30,7 +30,6 @@ const MAX_NODES: u32 = 200_000;
 const BATCH: u32 = 100;
 
 /// A second and three of growth; the time is that of one sample. Nothing where the dataset is missing.
-#[expect(clippy::print_stderr, reason = "a benchmark that is left out says why")]
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let file = match curionav_datasets::locate(MAP, Path::new("")) {
         Ok(file) => file,
