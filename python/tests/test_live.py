@@ -103,7 +103,7 @@ def test_the_example_prints_the_measures(up: Up) -> None:
     [
         ({"robot": {"start": [2, 3, 0], "goal": [60, 3]}}, None, "robot.goal", "outside the map"),
         ({"walkers": [{"route": [[8, 1], [80, 5]]}]}, None, "walkers[0].route[0]", "touches a wall"),
-        ({"wheels": 4}, None, "scenario", "wheels"),
+        ({"wheels": 4}, None, "wheels", "unknown"),
         ({"profile": {"steps": 0}}, None, "profile.steps", "1 to"),
         ({}, {"dt": -1.0}, "profile.dt", "give 0.02 to 2 s"),
     ],

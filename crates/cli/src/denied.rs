@@ -111,6 +111,6 @@ mod tests {
             found[0].missing_right()
         );
         let viewer = found[1].missing_right();
-        assert!(viewer.contains("`viewer` may ask robot/*/mission, world/*/run"), "{viewer}");
+        assert!(viewer.contains("`viewer` may ask robot/*/mission, robot/*/lease, world/*/run"), "{viewer}");
     }
 }

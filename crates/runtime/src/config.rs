@@ -168,6 +168,9 @@ impl ServiceConfig {
                 );
             }
         }
+        self.guard.check().map_err(|fault| anyhow!("{}", fault.below("guard")))?;
+        let radius = self.limits.as_ref().map(|limits| limits.radius);
+        check_zones(&self.zones, radius).map_err(|fault| anyhow!("{fault}"))?;
         Ok(())
     }
 
@@ -186,9 +189,6 @@ impl ServiceConfig {
                 self.robot
             );
         }
-        self.guard.check().map_err(|fault| anyhow!("{}", fault.below("guard")))?;
-        let radius = self.limits.as_ref().map(|limits| limits.radius);
-        check_zones(&self.zones, radius).map_err(|fault| anyhow!("{fault}"))?;
         Ok(())
     }
 

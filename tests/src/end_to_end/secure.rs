@@ -258,7 +258,7 @@ fn a_configuration_over_tls_is_not_overridden_by_a_plain_endpoint() {
     let output =
         command(&["status", "--connect", "tcp/127.0.0.1:1"]).env("ZENOH_CONFIG", &file).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(3) && error.contains("connects over tls alone"), "{error}");
+    assert!(output.status.code() == Some(2) && error.contains("connects over tls alone"), "{error}");
 }
 
 #[test]

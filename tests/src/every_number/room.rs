@@ -30,6 +30,8 @@ fov = 3.0
 beams = 91
 range_max = 5.0
 range_sigma = 0.03
+[laser_faults]
+silent_share = 0.02
 [odometry_noise]
 position_per_metre = 0.004
 position_per_radian = 0.0001

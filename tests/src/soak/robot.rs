@@ -45,8 +45,10 @@ pub(super) struct Links {
 
 pub(super) struct Robot {
     links: Links,
-    /// Its laser, and the walls that it measures, if it has a tracker.
-    eyes: Option<(LaserModel, Arc<StaticMap>)>,
+    /// Its laser, and the walls that it measures.
+    eyes: (LaserModel, Arc<StaticMap>),
+    /// Whether people are what its tracker finds.
+    is_tracked: bool,
     mission_key: String,
     /// Which driver it obeys.
     lease: Arc<BaseLease>,
@@ -72,7 +74,7 @@ impl Robot {
     ) -> Self {
         let pace = drive.pace;
         let (fields, map) = corridor_map::fields();
-        let eyes = is_tracked.then(|| (LaserModel::default(), fields.map(map).unwrap()));
+        let eyes = (LaserModel::default(), fields.map(map).unwrap());
         let mut mission = corridor_map::mission(map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
         (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, pace.speed(), 1);
@@ -95,6 +97,7 @@ impl Robot {
         Self {
             links,
             eyes,
+            is_tracked,
             mission_key: keys::robot(name, "mission").unwrap(),
             lease,
             _lease,
@@ -199,12 +202,11 @@ impl Robot {
             let metres = base.roll(driven);
             self.watch().rolled(base.now(), metres, base.twist.v, command.as_ref());
             let here = base.people();
-            if let Some((laser, walls)) = &self.eyes {
-                scans.publish(&base.measured(laser, walls), Clock::Realtime);
-            } else {
+            if !self.is_tracked {
                 people.publish(&here, Clock::Realtime);
-                scans.publish(&base.scan(), Clock::Realtime);
             }
+            let (laser, walls) = &self.eyes;
+            scans.publish(&base.measured(laser, walls), Clock::Realtime);
             beliefs.publish(&base.belief(), Clock::Realtime);
             odometry.publish(&base.odometry(), Clock::Realtime);
             let (preparing, stands) = {
