@@ -44,6 +44,9 @@ pub fn every_robot(stream: &str) -> Result<String, KeyError> {
 /// The role of trajectory generators. An evaluator's role is the name of its term.
 pub const GENERATOR: &str = "generator";
 
+/// The role of drivers.
+pub const DRIVER: &str = "driver";
+
 /// The role of what tracks people. A mission that requires it takes people from it alone.
 pub const TRACKER: &str = "tracker";
 

@@ -18,9 +18,9 @@ use curionav_security::name::Name;
 /// Run a Zenoh router, to which services and clients connect.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
-    /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/127.0.0.1:7447, for this
-    /// machine alone, and with --secure tls/0.0.0.0:7447, for all networks. With --as router.ROBOT also a socket for the robot's own programs, such as
-    /// unixsock-stream//run/curionav/robot.sock.
+    /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/127.0.0.1:7447, for
+    /// this machine alone, and with --secure tls/0.0.0.0:7447, for all networks. With --as router.ROBOT also a socket
+    /// for the robot's own programs, such as unixsock-stream//run/curionav/robot.sock.
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
     /// Another router to connect to; may be given several times. This router does not wait

@@ -154,8 +154,8 @@ impl World {
         Err(FieldError::new(field, problem, mend))
     }
 
-    /// Whether nobody stands in the robot at its start. People who walk as they were recorded go on by themselves; one
-    /// with a route would wait for the robot to go away, and the robot for the person.
+    /// Whether no person stands in the robot at its start. People who walk as they were recorded go on by themselves;
+    /// one with a route would wait for the robot to go away, and the robot for the person.
     fn start_is_clear(&self) -> Result<(), FieldError> {
         let nominal = self.scenario.robot.start.position();
         let actual = self.plant.pose.position();
@@ -382,17 +382,17 @@ pub struct RecordedExtent {
     pub corners: (Point2, Point2),
     /// The share of their positions that lie on the map's free floor.
     pub on_floor: f64,
-    /// The median speed of those steps that lead anywhere, m/s; none if nobody moves.
+    /// The median speed of those steps that lead anywhere, m/s; none if no person moves.
     pub usual_speed: Option<f64>,
     /// The fastest step; none if there is no step.
     pub fastest: Option<Step>,
 }
 
-/// Slower than this nobody walks, m/s: recorded positions of people who stand move as well.
+/// Slower than this no person walks, m/s: recorded positions of people who stand move as well.
 const STANDING_MPS: f64 = 0.1;
 /// What people walk at, m/s, as a median over many.
 const WALKING_MPS: [f64; 2] = [0.3, 3.0];
-/// Faster than this nobody runs, m/s.
+/// Faster than this no person runs, m/s.
 const RUNNING_MPS: f64 = 10.0;
 
 impl RecordedExtent {

@@ -3,6 +3,7 @@
 
 use curionav_planning::beam::Beam;
 use curionav_planning::numerics::sin_cos;
+use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Action, words};
 use foxglove::messages::{
     FrameTransform, Grid, LaserScan, Log, PackedElementField, Pose, PoseInFrame, PosesInFrame, Quaternion,
@@ -79,10 +80,8 @@ pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
         pose: pose(x, y, 0.0, heading),
         start_angle: scan.angle_min,
         end_angle: scan.angle_min + last * scan.angle_increment,
-        ranges: scan
-            .ranges
-            .iter()
-            .map(|range| match Beam::of(*range, scan.range_min.unwrap_or(0.0), scan.range_max) {
+        ranges: convert::beams(scan)
+            .map(|beam| match beam {
                 Beam::Silent => f64::NAN,
                 Beam::Obstacle(metres) => metres,
                 Beam::Free(_) => f64::INFINITY,

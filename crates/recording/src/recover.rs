@@ -46,7 +46,7 @@ pub struct Damage {
 }
 
 impl Recovery {
-    /// Messages that are known to be missing; nothing if nobody knows.
+    /// Messages that are known to be missing; nothing if their number is not known.
     fn missing(&self) -> Option<u64> {
         self.expected.and_then(|expected| expected.checked_sub(self.messages))
     }

@@ -12,8 +12,6 @@ use crate::query::{AskError, Kept, Urgency, fetch, send};
 const DRIVERS: usize = 16;
 /// Between two attempts to pause.
 const AGAIN: Duration = Duration::from_millis(300);
-/// The role of drivers.
-const DRIVER: &str = "driver";
 
 /// Asks every queryable of `key`, and takes the first reply that `accept` makes something of. Without one, the last
 /// refusal is given; one for want of a lease only if there is no other.
@@ -29,11 +27,7 @@ async fn ask_all<Q: Message, A: Message>(
     let mut replies = send(session, key, encoded, timeout, Urgency::Normal, QueryTarget::All, kept)?;
     let no_lease = AskError::Rejected(Refusal::NoLease.into());
     let mut failure = AskError::NoReply;
-    while let Some(reply) = replies.next().await {
-        let read = reply.and_then(|answer| {
-            let answer = A::decode(&answer.bytes, Some(&answer.encoding));
-            answer.map_err(|reject| AskError::Malformed(reject.to_string()))
-        });
+    while let Some(read) = replies.next_read(Ok).await {
         match read {
             Ok(answer) if accept(&answer) => return Ok(answer),
             Ok(_) if failure == AskError::NoReply => failure = no_lease.clone(),
@@ -101,14 +95,13 @@ impl Halted {
         self.base.as_ref().is_some_and(|base| base.lease == 0 || self.driver.is_some())
     }
 
-    fn take(&mut self, replies: &[PauseReply], paused: bool) {
-        let obeyed = || replies.iter().filter(|reply| reply.paused == paused);
-        if let Some(base) = obeyed().find(|reply| reply.role != DRIVER) {
-            self.base = Some(base.clone());
-        }
-        let lease = self.base.as_ref().map_or(0, |base| base.lease);
-        let holds = |reply: &&PauseReply| reply.role == DRIVER && reply.lease == lease && lease != 0;
-        self.driver = obeyed().find(holds).cloned();
+    /// What these replies reach, of which those count that have obeyed.
+    fn by(replies: &[PauseReply]) -> Self {
+        let base = replies.iter().find(|reply| reply.role != keys::DRIVER).cloned();
+        let lease = base.as_ref().map_or(0, |base| base.lease);
+        let mut drivers = replies.iter().filter(|reply| reply.role == keys::DRIVER);
+        let driver = drivers.find(|driver| driver.lease == lease && lease != 0).cloned();
+        Self { base, driver }
     }
 }
 
@@ -125,23 +118,20 @@ pub async fn pause(
 ) -> Result<Halted, AskError> {
     let key = keys::robot(robot, "pause").map_err(|error| AskError::Send(error.to_string()))?;
     let deadline = tokio::time::Instant::now() + timeout;
-    let mut halted = Halted::default();
-    let mut replies: Vec<PauseReply> = Vec::new();
+    let mut obeyed: Vec<PauseReply> = Vec::new();
     loop {
         let left = deadline.saturating_duration_since(tokio::time::Instant::now());
-        let complete = |reply: &PauseReply| {
-            replies.retain(|known| (&known.role, &known.instance) != (&reply.role, &reply.instance));
-            replies.push(reply.clone());
-            halted.take(&replies, paused);
-            halted.is_complete()
-        };
-        let asked = ask_all(session, &key, &PauseRequest { paused }, left, complete).await;
-        if halted.is_complete() {
-            return Ok(halted);
-        }
+        let request = PauseRequest { paused };
+        let asked = ask_all(session, &key, &request, left, |reply: &PauseReply| {
+            obeyed.retain(|known| (&known.role, &known.instance) != (&reply.role, &reply.instance));
+            obeyed.extend((reply.paused == paused).then(|| reply.clone()));
+            Halted::by(&obeyed).is_complete()
+        });
+        let failure = asked.await.err();
+        let halted = Halted::by(&obeyed);
+        let Some(failure) = failure else { return Ok(halted) };
         if tokio::time::Instant::now() + AGAIN > deadline {
-            let nothing = halted.base.is_none() && replies.is_empty();
-            return if nothing { Err(asked.err().unwrap_or(AskError::NoReply)) } else { Ok(halted) };
+            return if obeyed.is_empty() { Err(failure) } else { Ok(halted) };
         }
         tokio::time::sleep(AGAIN).await;
     }

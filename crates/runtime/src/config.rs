@@ -184,8 +184,8 @@ impl ServiceConfig {
     pub fn check_real_name(&self) -> anyhow::Result<()> {
         if self.robot == Self::default().robot {
             bail!(
-                "robot: is `{}`, the name of simulated robots; give this one a name of its own with `robot = \"r1\"` or \
-                 --robot r1",
+                "robot: is `{}`, the name of simulated robots; give this one a name of its own with \
+                 `robot = \"r1\"` or --robot r1",
                 self.robot
             );
         }

@@ -43,15 +43,14 @@ impl AddressError {
 /// # Errors
 /// What is wrong with it, and the right form.
 pub fn check_endpoint(endpoint: &str, purpose: Purpose) -> Result<(), AddressError> {
-    let fault = |(problem, right): (String, String)| AddressError {
+    // What Zenoh takes behind the address is its own business.
+    let address = endpoint.split(['?', '#']).next().unwrap_or_default();
+    parse(address, purpose).map_err(|(problem, right)| AddressError {
         text: endpoint.into(),
         what: "endpoint",
         problem,
         mend: format!("give {right}"),
-    };
-    // What Zenoh takes behind the address is its own business.
-    let address = endpoint.split(['?', '#']).next().unwrap_or_default();
-    parse(address, purpose).map_err(fault)
+    })
 }
 
 /// What is wrong, and the right form.
@@ -175,14 +174,18 @@ fn right_form(protocol: &str, address: &str) -> String {
     format!("{protocol}/{host}:{port}")
 }
 
+/// Whether this cannot stand in a name of a key.
+fn is_special(c: char) -> bool {
+    c.is_whitespace() || c.is_control() || "*$?#".contains(c)
+}
+
 /// Whether `namespace` can be the prefix of keys: names with a slash between them.
 ///
 /// # Errors
 /// What is wrong with it, and the right form.
 pub fn check_namespace(namespace: &str) -> Result<(), AddressError> {
-    let is_plain = |c: char| !c.is_whitespace() && !c.is_control() && !"*$?#".contains(c);
-    let plain = |name: &str| -> String { name.chars().filter(|c| is_plain(*c)).collect() };
-    let names: Vec<String> = namespace.split('/').map(plain).filter(|name| !name.is_empty()).collect();
+    let plain = namespace.split('/').map(|name| name.replace(is_special, ""));
+    let names: Vec<String> = plain.filter(|name| !name.is_empty()).collect();
     let right = names.join("/");
     if right == namespace && !right.is_empty() {
         return Ok(());

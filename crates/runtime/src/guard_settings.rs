@@ -18,7 +18,7 @@ curionav_planning::parameters! {
         /// Within this distance what no earlier scan explains counts as coming, metres.
         pub unknown_within: f64 [0.0, 10.0, "m", "farther away the next scans say in time how it moves"] = 2.0,
         /// Speed that the robot itself may still have when something that moves meets it, m/s.
-        pub meeting_speed: f64 [0.0, 0.3, "m/s", "a faster robot would hurt whom it meets"] = 0.2,
+        pub meeting_speed: f64 [0.0, 0.3, "m/s", "a faster robot would hurt the person that it meets"] = 0.2,
         /// Room between the robot's edge and what moves ahead of it at which it drives at `near_speed`, metres. With
         /// more room it may be so much faster as it could slow down again on the way.
         pub near_gap: f64 [0.0, 3.0, "m", "with more room than 3 m to each person no robot passes a corridor"] = 0.1,

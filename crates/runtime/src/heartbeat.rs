@@ -2,8 +2,8 @@
 //!
 //! The process asks its own status every second, as anyone on the network would, but within its own session. So what is
 //! shown to work is the runtime, the task that runs the service, the session, and a thread that answers; routers and
-//! other processes have no part in it. `/livez` and a service manager (`sd_notify(3)`) learn of it at once; `curionav up`
-//! asks with a byte through standard input, and a line is printed.
+//! other processes have no part in it. `/livez` and a service manager (`sd_notify(3)`) learn of it at once; `curionav
+//! up` asks with a byte through standard input, and a line is printed.
 
 use std::io::Write;
 use std::os::linux::net::SocketAddrExt;

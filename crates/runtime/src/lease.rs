@@ -6,7 +6,6 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use curionav_planning::geometry::Twist as Velocity;
 use curionav_schemas::{
     LEASE_MS, Lease, LeaseRequest, LeaseWish, PauseReply, PauseRequest, Refusal, Reject, Twist, keys,
 };
@@ -31,6 +30,16 @@ struct Held {
     heard: Instant,
 }
 
+impl Held {
+    fn is_of(&self, request: &LeaseRequest) -> bool {
+        self.lease == request.lease && self.driver == request.driver
+    }
+
+    fn lives(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.heard) <= LEASE
+    }
+}
+
 /// The grants of one base: pure, with the time as an argument.
 #[derive(Debug)]
 pub struct Grants {
@@ -44,7 +53,7 @@ pub struct Grants {
 }
 
 impl Grants {
-    /// Nobody drives yet. `first` must differ from every number that an earlier base of this robot has granted.
+    /// No driver drives yet. `first` must differ from every number that an earlier base of this robot has granted.
     pub fn new(first: u64) -> Self {
         Self { next: first, held: None, wanted_by: None, paused: None }
     }
@@ -56,8 +65,7 @@ impl Grants {
     /// driver releases what it does not hold.
     pub fn ask(&mut self, request: &LeaseRequest, now: Instant) -> Result<Lease, Refusal> {
         self.wanted_by.take_if(|(_, asked)| now.saturating_duration_since(*asked) > LEASE);
-        let is_holder = |held: &&mut Held| held.lease == request.lease && held.driver == request.driver;
-        if let Some(held) = self.held.as_mut().filter(is_holder) {
+        if let Some(held) = self.held.as_mut().filter(|held| held.is_of(request)) {
             held.heard = now;
             if request.wish == LeaseWish::Release {
                 self.held = None;
@@ -67,8 +75,7 @@ impl Grants {
         if request.wish == LeaseWish::Release {
             return Err(Refusal::NoLease);
         }
-        let lives = |held: &&Held| now.saturating_duration_since(held.heard) <= LEASE;
-        if let Some(held) = self.held.as_ref().filter(lives) {
+        if let Some(held) = self.held.as_ref().filter(|held| held.lives(now)) {
             let holder = held.driver.clone();
             if request.wish == LeaseWish::TakeOver {
                 self.wanted_by = Some((request.driver.clone(), now));
@@ -114,8 +121,8 @@ impl Grants {
 #[derive(Debug)]
 pub struct BaseLease {
     grants: Mutex<Grants>,
-    /// Commands of drivers that do not hold the lease.
-    foreign: Tally,
+    /// What was refused; commands of drivers that do not hold the lease are among it.
+    refused: Tally,
 }
 
 /// The queryables of a base's lease.
@@ -134,7 +141,7 @@ impl BaseLease {
         instance: &str,
         refused: &Tally,
     ) -> anyhow::Result<(Arc<Self>, LeaseServers)> {
-        let base = Arc::new(Self { grants: Mutex::new(Grants::new(first_run())), foreign: refused.clone() });
+        let base = Arc::new(Self { grants: Mutex::new(Grants::new(first_run())), refused: refused.clone() });
         let shown = Arc::clone(&base);
         let asked = Arc::clone(&base);
         let halted = Arc::clone(&base);
@@ -182,7 +189,7 @@ impl BaseLease {
         let number = self.number();
         let admitted = number != 0 && command.lease == number;
         if !admitted {
-            self.foreign.add(&[Refusal::NoLease.code()]);
+            self.refused.add(&[Refusal::NoLease.code()]);
         }
         admitted
     }
@@ -198,17 +205,6 @@ impl BaseLease {
     pub fn paused_for(&self) -> Option<Duration> {
         locked(&self.grants).paused.map(|since| since.elapsed())
     }
-}
-
-/// What a base that has been paused for so long lets through of a command: no more than it would drive if it had braked
-/// with `a_max` from `v_max` since, so that the driver has time to brake by itself.
-pub fn held_back(command: Velocity, paused: Option<Duration>, v_max: f64, a_max: f64) -> Velocity {
-    let Some(paused) = paused else { return command };
-    let most = v_max - a_max * paused.as_secs_f64();
-    if most <= 0.0 {
-        return Velocity::default();
-    }
-    Velocity { v: command.v.min(most), omega: command.omega }
 }
 
 #[cfg(test)]
@@ -290,15 +286,5 @@ mod tests {
         assert!(!anew.ask(&LeaseRequest { lease: 9, ..paused }, start).unwrap().paused);
         anew.pause(true, start);
         assert!(anew.ask(&wish("b", 0, LeaseWish::Hold), start + 2 * LEASE).unwrap().paused);
-    }
-
-    #[test]
-    fn a_paused_base_lets_less_and_less_through() {
-        let driven = Velocity { v: 0.8, omega: 0.3 };
-        let held = |seconds: Option<f64>| held_back(driven, seconds.map(Duration::from_secs_f64), 1.0, 0.5);
-        assert_eq!(held(None), driven);
-        assert_eq!(held(Some(0.2)), driven);
-        assert!((held(Some(1.0)).v - 0.5).abs() < 1e-12);
-        assert_eq!(held(Some(2.0)), Velocity::default());
     }
 }

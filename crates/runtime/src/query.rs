@@ -252,14 +252,22 @@ impl Replies {
         Some(reply)
     }
 
+    /// The next reply, read; as [`Self::next`].
+    pub(crate) async fn next_read<A: Message, T>(
+        &mut self,
+        accept: impl Fn(A) -> Result<T, Reject>,
+    ) -> Option<Result<T, AskError>> {
+        let reply = self.next().await?;
+        Some(reply.and_then(|answer| {
+            let read = A::decode(&answer.bytes, Some(&answer.encoding));
+            read.and_then(&accept).map_err(|reject| AskError::Malformed(reject.to_string()))
+        }))
+    }
+
     /// The first that `accept` makes something of.
     async fn first<A: Message, T>(&mut self, accept: impl Fn(A) -> Result<T, Reject>) -> Result<T, AskError> {
         let mut failure = AskError::NoReply;
-        while let Some(reply) = self.next().await {
-            let usable = reply.and_then(|answer| {
-                let read = A::decode(&answer.bytes, Some(&answer.encoding));
-                read.and_then(&accept).map_err(|reject| AskError::Malformed(reject.to_string()))
-            });
+        while let Some(usable) = self.next_read(&accept).await {
             match usable {
                 Ok(answer) => return Ok(answer),
                 Err(error) => failure = error,

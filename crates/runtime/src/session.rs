@@ -17,9 +17,8 @@ use crate::session_error::{IS_IT_RUNNING, set, without_places};
 pub use crate::session_error::SessionError;
 
 /// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give up
-/// after half a second, room for 16 shards in the queue of a link, room for 4096 connections that have yet to say who they
-/// are, for two seconds each, no message longer than a map of the most cells, no
-/// shared memory, short queries.
+/// after half a second, room for 16 shards in the queue of a link, room for 4096 connections that have yet to say who
+/// they are, for two seconds each, no message longer than a map of the most cells, no shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
   queries_default_timeout: 1000,

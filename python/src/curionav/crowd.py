@@ -104,7 +104,7 @@ _COLUMNS = (2, 4, 5)
 def _people_of(step: CrowdStep, found: People | Iterable[Any]) -> People:
     """What a function gives for its crowd, as a message.
 
-    Rows are not columns: of two or four people nobody could tell which was meant, so neither arrays nor lists of
+    Rows are not columns: of two or four people both readings are possible, so neither arrays nor lists of
     pairs are guessed at.
     """
     if isinstance(found, People):

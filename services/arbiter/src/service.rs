@@ -86,8 +86,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     })
 }
 
-/// Which arbiter this is: later ones have greater numbers, and of two that start in the same millisecond the random part
-/// differs.
+/// Which arbiter this is: later ones have greater numbers, and of two that start in the same millisecond the random
+/// part differs.
 fn epoch() -> u64 {
     const RANDOM_BITS: u32 = 10;
     let random = RandomState::new().build_hasher().finish();

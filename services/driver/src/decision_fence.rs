@@ -19,9 +19,9 @@ pub struct DecisionFence {
 }
 
 impl DecisionFence {
-    /// Takes a decision at `now` of the robot's clock, if it is newer than the last and of the arbiter that is followed,
-    /// or if that one is silent; whether it is taken. In lockstep an arbiter is silent if it has not decided for a tick
-    /// for which another has.
+    /// Takes a decision at `now` of the robot's clock, if it is newer than the last and of the arbiter that is
+    /// followed, or if that one is silent; whether it is taken. In lockstep an arbiter is silent if it has not decided
+    /// for a tick for which another has.
     pub fn admit(&mut self, decision: Decision, now: f64, clock: Clock) -> bool {
         let admitted = self.newest.as_ref().is_none_or(|newest| {
             let is_newer = decision.epoch == newest.epoch && decision.seq > newest.seq;

@@ -139,7 +139,7 @@ impl Keeper {
     ///
     /// # Errors
     /// Once another driver drives the robot.
-    pub(crate) async fn keep(mut self) -> anyhow::Error {
+    pub(crate) async fn keep(&mut self) -> anyhow::Error {
         loop {
             match self.ask_once().await {
                 Ok(true) => tokio::time::sleep(RENEWED).await,
@@ -148,19 +148,15 @@ impl Keeper {
             }
         }
     }
-}
 
-/// Gives the lease up, so that the next driver need not wait until it is over.
-pub(crate) async fn release(session: &Session, config: &ServiceConfig, missions: &MissionKeys) {
-    let (lease, paused) = missions.standing();
-    let Ok(key) = keys::lease_request(&config.robot) else { return };
-    if lease == 0 {
-        return;
-    }
-    missions.set_lease(0, false);
-    let request = LeaseRequest { driver: config.instance.clone(), lease, wish: LeaseWish::Release, paused };
-    let released: Result<Lease, AskError> = ask(session, &key, &request, TIMEOUT, Urgency::Normal).await;
-    if let Err(error) = released {
-        tracing::debug!(%error, "the lease is not given up");
+    /// Gives the lease up, so that the next driver need not wait until it is over.
+    pub(crate) async fn release(self) {
+        if self.missions.standing().0 == 0 {
+            return;
+        }
+        if let Err(error) = self.wish(LeaseWish::Release).await {
+            tracing::debug!(%error, "the lease is not given up");
+        }
+        self.missions.set_lease(0, false);
     }
 }

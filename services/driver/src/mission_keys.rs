@@ -64,12 +64,9 @@ impl MissionKeys {
         &self,
         changing: impl FnOnce(&mut CurrentMission) -> Result<Mission, Reject>,
     ) -> Result<Mission, Reject> {
-        let mission = {
-            let mut current = locked(&self.current);
-            let mission = changing(&mut current)?;
-            self.announce(&current);
-            mission
-        };
+        let mut current = locked(&self.current);
+        let mission = changing(&mut current)?;
+        self.announce(&current);
         Ok(mission)
     }
 
@@ -103,7 +100,7 @@ impl MissionKeys {
         self.announce(&current);
         let (lease, paused) = current.standing();
         tracing::info!(paused, "asked to pause or to go on");
-        PauseReply { role: "driver".into(), instance: instance.into(), lease, paused }
+        PauseReply { role: keys::DRIVER.into(), instance: instance.into(), lease, paused }
     }
 
     /// Serves the mission of the robot on three keys: its state, commands to it, and reports of readiness for it; and

@@ -3,7 +3,10 @@
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
+use curionav_runtime::convert;
 use curionav_schemas::Scan;
+
+use crate::sight::end;
 
 /// Room kept between the robot's circumscribed disc and anything the scan shows, metres.
 const MARGIN: f64 = 0.05;
@@ -49,22 +52,12 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
 
 /// End points of the beams that met something, as the robot sees them now: those within `reach` metres.
 fn points(scan: &Scan, scan_from_robot: Pose2, reach: f64) -> Vec<Point2> {
-    let laser = Pose2::new(scan.laser.x, scan.laser.y, scan.laser.heading);
-    let least = scan.range_min.unwrap_or(0.0);
-    let hits = scan.ranges.iter().enumerate().filter_map(|(i, range)| {
-        match Beam::of(*range, least, scan.range_max) {
-            Beam::Obstacle(metres) => Some((i, metres)),
-            Beam::Silent | Beam::Free(_) => None,
-        }
+    let laser = convert::pose(scan.laser);
+    let hits = convert::beams(scan).enumerate().filter_map(|(i, beam)| match beam {
+        Beam::Obstacle(metres) => Some(scan_from_robot.inverse_transform(end(scan, laser, i, metres))),
+        Beam::Silent | Beam::Free(_) => None,
     });
-    hits.map(|(i, metres)| {
-        let bearing = scan.angle_min + scan.angle_increment * i as f64;
-        let (s, c) = curionav_planning::numerics::sin_cos(bearing);
-        let then = laser.transform(Point2::new(metres * c, metres * s));
-        scan_from_robot.inverse_transform(then)
-    })
-    .filter(|p| p.distance(Point2::default()) < reach)
-    .collect()
+    hits.filter(|p| p.distance(Point2::default()) < reach).collect()
 }
 
 #[cfg(test)]

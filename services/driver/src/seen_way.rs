@@ -4,9 +4,8 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
+use curionav_runtime::convert;
 use curionav_schemas::Scan;
-
-use crate::sight::beam;
 
 /// Directions that are told apart. Each holds a beam of every scanner whose beams are at most as far apart as beams
 /// that count as neighbours.
@@ -46,7 +45,7 @@ impl SeenWay {
     pub fn see(&mut self, scan: &Scan, odometry_heading: f64) {
         self.reach = scan.range_max - scan.laser.x.hypot(scan.laser.y);
         let first = odometry_heading + scan.laser.heading + scan.angle_min;
-        for i in (0..scan.ranges.len()).filter(|i| beam(scan, *i).speaks()) {
+        for (i, _) in convert::beams(scan).enumerate().filter(|(_, beam)| beam.speaks()) {
             let at = sector(first + scan.angle_increment * i as f64);
             self.last[at] = scan.stamp;
         }

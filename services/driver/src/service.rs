@@ -8,6 +8,7 @@ use anyhow::bail;
 use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_limits::Base;
@@ -17,7 +18,7 @@ use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionCommand, MissionEnd, MissionState,
-    Odometry, Refusal, Scan,
+    Odometry, Refusal, Scan, keys,
 };
 use tokio::sync::watch;
 
@@ -26,7 +27,7 @@ use crate::command_counts::CommandCounts;
 use crate::control::{Inputs, braking, command, on_arrival};
 use crate::decision_fence::DecisionFence;
 use crate::guard::Guard;
-use crate::lease::{Keeper, Standing, release};
+use crate::lease::{Keeper, Standing};
 use crate::lookout::{Lookout, Sensed};
 use crate::mission_keys::MissionKeys;
 use crate::told::Told;
@@ -74,14 +75,14 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let Start { config, session, fields, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
-            service = RobotService::with_control("driver", config, session) => service?,
+            service = RobotService::with_control(keys::DRIVER, config, session) => service?,
         };
-        let base = config.base()?;
         let (mission_sender, missions) = watch::channel(None);
         let refused = service.counts.refused.clone();
-        let keys = Arc::new(MissionKeys::new(session, &config.robot, base.clone(), mission_sender)?);
-        let _serving = keys.serve(session, config, &refused)?;
-        let mut keeper = Keeper::new(service.session_of("cmd"), config, Arc::clone(&keys))?;
+        let mission_keys =
+            Arc::new(MissionKeys::new(session, &config.robot, config.base()?, mission_sender)?);
+        let _serving = mission_keys.serve(session, config, &refused)?;
+        let mut keeper = Keeper::new(service.session_of("cmd"), config, Arc::clone(&mission_keys))?;
         tokio::select! {
             () = shutdown.requested() => return Ok(()),
             begun = keeper.begin() => begun?,
@@ -91,18 +92,45 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
             last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
         })?;
-        let lookout = Lookout::new(&base, config.scanner, fields);
-        let driver = Driver {
+        let lease = keeper.standing();
+        let driver = Driver::new(service, config, fields, mission_keys, missions, lease, fence)?;
+        let mut metrics = driver.service.metrics();
+        driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
+        driver.lookout.register(&mut metrics);
+        let announced = driver.service.announce(metrics)?;
+        on_ready(announced.metrics_address());
+        let outcome = tokio::select! {
+            served = driver.serve(shutdown) => served,
+            lost = keeper.keep() => Err(lost),
+        };
+        keeper.release().await;
+        outcome
+    })
+}
+
+impl Driver {
+    /// Has heard nothing yet.
+    fn new(
+        service: RobotService,
+        config: &ServiceConfig,
+        fields: &Fields,
+        keys: Arc<MissionKeys>,
+        missions: watch::Receiver<Option<Arc<Mission>>>,
+        lease: watch::Receiver<Standing>,
+        fence: watch::Sender<DecisionFence>,
+    ) -> anyhow::Result<Self> {
+        let base = config.base()?;
+        Ok(Self {
+            lookout: Lookout::new(&base, config.scanner, fields),
             base,
             missions,
-            keys: Arc::clone(&keys),
-            lease: keeper.standing(),
+            keys,
+            lease,
             odometry: Latest::new(service.inbox("odom")?),
             beliefs: Latest::new(service.inbox("belief")?),
             scans: Latest::new(service.inbox("scan")?),
             decisions: Latest::new(service.inbox("decision")?),
             commands: service.topic("cmd", Flow::Control)?,
-            lookout,
             service,
             fence,
             odometry_of: BTreeMap::new(),
@@ -114,24 +142,9 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             clock: (!config.has_simulated_time()).then(BaseClock::default),
             clock_is_right: true,
             counts: CommandCounts::new(),
-        };
-        let service_control = driver.service.session_of("cmd").clone();
-        let mut metrics = driver.service.metrics();
-        driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
-        driver.lookout.register(&mut metrics);
-        let announced = driver.service.announce(metrics)?;
-        on_ready(announced.metrics_address());
-        let control = service_control;
-        let outcome = tokio::select! {
-            served = driver.serve(shutdown) => served,
-            lost = keeper.keep() => Err(lost),
-        };
-        release(&control, config, &keys).await;
-        outcome
-    })
-}
+        })
+    }
 
-impl Driver {
     async fn serve(mut self, mut shutdown: Shutdown) -> anyhow::Result<()> {
         loop {
             let wanted_by = self.lease.borrow().wanted_by.clone();
@@ -258,9 +271,7 @@ impl Driver {
         if let Some(reason) = self.barred(&mission) {
             self.lookout.rest();
             let moving = on_arrival(&odometry, &on_its_way, &robot).twist;
-            let twist = braking(moving, &stopping, period);
-            self.publish(&mission, &odometry, twist, reason);
-            return;
+            return self.publish(&mission, &odometry, braking(moving, &stopping, period), reason);
         }
         let fence = self.fence.borrow();
         let decision = fence.in_force();

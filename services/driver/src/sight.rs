@@ -99,8 +99,9 @@ impl Sight {
         if self.stamps.back() != Some(&stamp) {
             self.stamps.push_back(stamp);
         }
-        let is_spare = |second: &f64| stamp - second >= RATE_WINDOW;
-        while self.stamps.len() > SCANS_COUNTED || self.stamps.get(1).is_some_and(is_spare) {
+        while self.stamps.len() > SCANS_COUNTED
+            || self.stamps.get(1).is_some_and(|second| stamp - second >= RATE_WINDOW)
+        {
             self.stamps.pop_front();
         }
         let spanned = stamp - self.stamps[0];
@@ -154,10 +155,10 @@ fn silence(scan: &Scan, radius: f64, limits: &ScannerLimits) -> Option<Blind> {
     // No beam that ends farther from the laser than this ends on the robot.
     let farthest = radius + laser.position().distance(Point2::default());
     let count = scan.ranges.len();
-    let speaking = (0..count).filter(|&i| match beam(scan, i) {
+    let speaking = convert::beams(scan).enumerate().filter(|(i, beam)| match *beam {
         Beam::Silent => false,
         Beam::Obstacle(metres) if metres < farthest => {
-            end(scan, laser, i, metres).distance(Point2::default()) >= radius
+            end(scan, laser, *i, metres).distance(Point2::default()) >= radius
         }
         Beam::Obstacle(_) | Beam::Free(_) => true,
     });
@@ -171,13 +172,8 @@ fn silence(scan: &Scan, radius: f64, limits: &ScannerLimits) -> Option<Blind> {
     })
 }
 
-/// What beam `i` of a scan says.
-pub(crate) fn beam(scan: &Scan, i: usize) -> Beam {
-    Beam::of(scan.ranges[i], scan.range_min.unwrap_or(0.0), scan.range_max)
-}
-
 /// Where beam `i` is after so many metres, robot frame.
-fn end(scan: &Scan, laser: Pose2, i: usize, metres: f64) -> Point2 {
+pub(crate) fn end(scan: &Scan, laser: Pose2, i: usize, metres: f64) -> Point2 {
     let (sin, cos) = sin_cos(scan.angle_min + scan.angle_increment * i as f64);
     laser.transform(Point2::new(metres * cos, metres * sin))
 }
@@ -207,11 +203,13 @@ impl Walls {
         let rays = RayCaster::new(map);
         let least = LEAST_WALLS + SIGMAS * heading_sigma / step.max(1e-9);
         let mut walls = Self { expected: 0, confirmed: 0, least };
+        let shortest = scan.range_min.unwrap_or(0.0);
         for i in (0..probes).map(|k| k * count / probes) {
             let (sin, cos) = sin_cos(heading + scan.angle_increment * i as f64);
             if rays.range(origin, (cos, sin), reach).is_some() {
+                let beam = Beam::of(scan.ranges[i], shortest, scan.range_max);
                 walls.expected += 1;
-                walls.confirmed += usize::from(matches!(beam(scan, i), Beam::Obstacle(_)));
+                walls.confirmed += usize::from(matches!(beam, Beam::Obstacle(_)));
             }
         }
         walls

@@ -6,7 +6,7 @@ use curionav_planning::geometry::Twist;
 
 /// As many as a base of the greatest latency has before it, at the shortest tick: 1 s and 0.01 s.
 const KEPT: usize = 128;
-/// A base drives on with the last command for so many ticks if one is missing; then nobody knows what it does.
+/// A base drives on with the last command for so many ticks if one is missing; then it is not known what it does.
 const HELD_TICKS: u64 = 3;
 
 /// A command that the base will follow for so many seconds, from when it follows the one before.

@@ -48,7 +48,8 @@ fn value(key: &str, value: impl ToString) -> KeyValue {
     KeyValue { key: key.to_owned(), value: value.to_string() }
 }
 
-/// The status of `robot`: its problems, how the mission stands, which driver drives, and whether the robot is localised.
+/// The status of `robot`: its problems, how the mission stands, which driver drives, and whether the robot is
+/// localised.
 pub(crate) fn status(
     robot: &str,
     problems: &[Problem],

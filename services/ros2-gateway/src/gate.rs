@@ -10,7 +10,7 @@ use anyhow::Context;
 use curionav_planning::geometry::Twist;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
-use curionav_runtime::lease::{BaseLease, held_back};
+use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Counter;
 use curionav_runtime::robot_limits::{RobotLimits, clamped};
@@ -18,7 +18,7 @@ use curionav_runtime::robot_limits::{RobotLimits, clamped};
 use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
 use crate::node::{Node, Outlet};
-use crate::ramp::Ramp;
+use crate::ramp::{Ramp, held_back};
 
 /// Between two looks, and between two zeros.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -243,9 +243,8 @@ impl Gate {
         let mut state = locked(&self.state);
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
-            let RobotLimits { v_max, omega_max, a_max, .. } = self.limits;
-            let held = held_back(twist, self.lease.paused_for(), v_max, a_max);
-            let twist = clamped(held, v_max, omega_max);
+            let held = held_back(twist, self.lease.paused_for(), &self.limits);
+            let twist = clamped(held, self.limits.v_max, self.limits.omega_max);
             state.watch.sent = twist;
             Sink { state: &state, base: &self.base }.send(twist, now);
         }

@@ -33,9 +33,34 @@ impl Ramp {
     }
 }
 
+/// What a base that has been paused for so long lets through of a command: no more than it would drive if it had braked
+/// from its greatest speed since, so that the driver has time to brake by itself.
+pub(crate) fn held_back(command: Twist, paused: Option<Duration>, limits: &RobotLimits) -> Twist {
+    let Some(paused) = paused else { return command };
+    let ramp = Ramp::new(Twist { v: limits.v_max, omega: 0.0 }, limits);
+    if paused >= ramp.duration() {
+        return Twist::default();
+    }
+    Twist { v: command.v.min(ramp.after(paused).v), ..command }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_paused_base_lets_less_and_less_through() {
+        let limits: RobotLimits = toml::from_str(
+            "v_max = 1.0\na_max = 0.5\nomega_max = 1.0\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1",
+        )
+        .unwrap();
+        let driven = Twist { v: 0.8, omega: 0.3 };
+        let held = |seconds: f64| held_back(driven, Some(Duration::from_secs_f64(seconds)), &limits);
+        assert_eq!(held_back(driven, None, &limits), driven);
+        assert_eq!(held(0.2), driven);
+        assert!((held(1.0).v - 0.5).abs() < 1e-12);
+        assert_eq!(held(2.0), Twist::default());
+    }
 
     #[test]
     fn it_brakes_on_the_same_curve_as_hard_as_the_base_can() {

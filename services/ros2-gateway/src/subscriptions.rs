@@ -152,15 +152,6 @@ impl Subscriptions {
 
     /// What happens next. Cancel-safe.
     pub(crate) async fn next(&mut self) -> Event {
-        fn heard<T>(said: Option<T>, event: impl FnOnce(T) -> Event) -> Event {
-            said.map_or(Event::Closed, event)
-        }
-        async fn optional<M: Message>(intake: Option<&Intake<M>>) -> Option<M> {
-            match intake {
-                Some(intake) => intake.next().await,
-                None => std::future::pending().await,
-            }
-        }
         loop {
             let is_reading = self.reading.is_some();
             let reading = async {
@@ -212,5 +203,16 @@ impl Subscriptions {
                 _ = self.beat.tick() => Event::Beat,
             };
         }
+    }
+}
+
+fn heard<T>(said: Option<T>, event: impl FnOnce(T) -> Event) -> Event {
+    said.map_or(Event::Closed, event)
+}
+
+async fn optional<M: Message>(intake: Option<&Intake<M>>) -> Option<M> {
+    match intake {
+        Some(intake) => intake.next().await,
+        None => std::future::pending().await,
     }
 }

@@ -25,7 +25,7 @@ fn full_disk() -> Stdio {
     OpenOptions::new().write(true).open("/dev/full").unwrap().into()
 }
 
-/// Starts `curionav` with logs that nobody reads.
+/// Starts `curionav` with logs that no program reads.
 fn with_closed_logs(arguments: &[&str]) -> Child {
     let mut child = command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stderr.take());

@@ -13,7 +13,7 @@ const SCENARIO: &str = "name = \"room\"\nmap = { file = \"room.yaml\" }\n[robot]
 /// A person who walks 0.1 m in each of 40 frames, 10 in a second.
 const FILM: &str = "format = \"text\"\nfps = 10.0\n";
 
-/// A room of 6 m x 4 m with walls, a corner that nobody has seen, and what a test puts into it.
+/// A room of 6 m x 4 m with walls, a corner that was never seen, and what a test puts into it.
 struct Room(TempDir);
 
 impl Room {
@@ -204,7 +204,7 @@ fn nobody_stands_in_the_robot_at_its_start() {
         (SCENARIO, walking.clone(), false),
         // The robot does not know that it stands elsewhere.
         (&noisy, standing(1.0), false),
-        // Its true start is drawn where nobody is.
+        // Its true start is drawn where no person is.
         (&noisy, walking, true),
     ] {
         let room = Room::new();

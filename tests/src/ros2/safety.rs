@@ -122,7 +122,7 @@ fn a_robot_that_a_service_stops_stands_until_it_is_resumed_whatever_goal_comes()
         let ask = ros::TriggerRequest { structure_needs_at_least_one_member: 0 };
         let stopped: ros::TriggerResponse = robot.peer.call("curionav/stop", &ask).await;
         assert!(stopped.success && stopped.message == "paused", "{stopped:?}");
-        robot.commands.that(is_zero).await;
+        told_to_stand(&robot).await;
         let diagnoses = robot.peer.hear::<ros::DiagnosticArray>("/diagnostics", Qos::DEFAULT);
         robot.peer.put("goal_pose", &goal("map", FAR.0, FAR.1 - 0.5));
         let paused = |said: &ros::DiagnosticArray| said.status[0].message.contains("is paused");
@@ -151,6 +151,7 @@ fn a_clock_that_is_set_back_a_little_stops_the_robot_until_it_has_gone_right_for
         let named =
             |said: &ros::DiagnosticArray| said.status[0].message.contains("clock jumps, crawls or stands");
         diagnoses.that(named).await;
+        locked(&robot.commands.messages).clear();
         robot.commands.that(|said| said.twist.linear.x > 0.3).await;
         services.stop().await;
     });

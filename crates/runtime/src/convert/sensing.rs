@@ -42,6 +42,12 @@ pub fn scan(scan: &Scan, range_sigma: f64) -> Result<(Cow<'_, [f32]>, LaserModel
     Ok((ranges, checked("scan", laser)?))
 }
 
+/// What each beam of a scan says, in their order.
+pub fn beams(scan: &Scan) -> impl Iterator<Item = Beam> {
+    let least = scan.range_min.unwrap_or(0.0);
+    scan.ranges.iter().map(move |range| Beam::of(*range, least, scan.range_max))
+}
+
 /// What a scanner like `laser` has measured: a range for each of its beams, metres.
 pub fn scan_to_wire(laser: &LaserModel, ranges: Vec<f32>, tick: u64, stamp: f64) -> Scan {
     Scan {

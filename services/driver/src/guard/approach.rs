@@ -67,7 +67,7 @@ enum Motion {
     Still,
     /// It has come with this velocity, m/s.
     Moving(Point2),
-    /// It has come, nobody knows from where.
+    /// It has come, and no scan says from where.
     Appeared,
 }
 

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Direction, Facing, Point2, Pose2, wrap_angle};
 use curionav_planning::numerics::sin_cos;
+use curionav_runtime::convert;
 use curionav_schemas::Scan;
 
 /// Directions of the beams in the laser's frame. They are computed anew only when a scan has others.
@@ -71,7 +72,7 @@ impl Sweep {
     /// Takes in a scan of a robot that was at `robot` of the odometry's frame.
     pub(super) fn take(&mut self, scan: &Scan, robot: Pose2, bearings: &mut Bearings) {
         let bearings = bearings.of(scan);
-        let on_robot = Pose2::new(scan.laser.x, scan.laser.y, scan.laser.heading);
+        let on_robot = convert::pose(scan.laser);
         self.stamp = scan.stamp;
         self.laser = robot.compose(on_robot).into();
         self.angle_min = wrap_angle(scan.angle_min);
@@ -80,9 +81,8 @@ impl Sweep {
         self.x.clear();
         self.y.clear();
         let Facing { pose, direction } = self.laser;
-        let least = scan.range_min.unwrap_or(0.0);
-        for (i, range) in scan.ranges.iter().enumerate() {
-            let (free, hit) = match Beam::of(*range, least, scan.range_max) {
+        for (i, beam) in convert::beams(scan).enumerate() {
+            let (free, hit) = match beam {
                 Beam::Obstacle(metres) => (metres, metres),
                 Beam::Free(metres) => (metres, f64::NAN),
                 Beam::Silent => (f64::NAN, f64::NAN),
