@@ -19,6 +19,7 @@ mod scenario;
 mod secure;
 mod service;
 mod status;
+mod things;
 mod up;
 
 use clap::{Parser, Subcommand};

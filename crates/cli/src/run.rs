@@ -19,6 +19,7 @@ use zenoh::Session;
 use crate::connect::{ConnectOptions, EXPERIMENTS};
 use crate::output;
 use crate::recording;
+use crate::things::things;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package, Perception};
@@ -153,6 +154,7 @@ pub(crate) fn show(
                 result: &result,
                 reports: &reports,
                 map: &map,
+                things: &things(package),
                 goal: (robot.goal.x, robot.goal.y),
                 robot_radius: robot.model.radius(),
                 goal_tolerance: robot.goal_tolerance,

@@ -20,6 +20,8 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::print::{note, print};
 use curionav_simulator::Prepared;
 
+use crate::things::things;
+
 /// Check, draw, copy or generate scenario files.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ScenarioCommand {
@@ -108,10 +110,11 @@ fn prepared(package: &Package) -> anyhow::Result<Prepared> {
 
 /// Draws a scenario; gives the file.
 fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<PathBuf> {
-    let prepared = prepared(&package(file, seed)?)?;
+    let package = package(file, seed)?;
+    let prepared = prepared(&package)?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
     let picture = out.join(name).with_extension("svg");
-    files::write(&picture, scene_svg(&sketch(&prepared)))?;
+    files::write(&picture, scene_svg(&sketch(&package, &prepared)))?;
     Ok(picture)
 }
 
@@ -119,7 +122,7 @@ fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<PathBuf> {
 const SPACING_M: f64 = 0.2;
 
 /// What of a scenario is drawn.
-fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
+fn sketch<'a>(package: &Package, prepared: &'a Prepared) -> SceneSketch<'a> {
     let world = &prepared.world;
     let scenario = world.scenario();
     let map = world.map();
@@ -132,6 +135,7 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
         name: &scenario.name,
         description: &scenario.description,
         map: &prepared.map,
+        things: things(package),
         bare: prepared.bare(),
         laser_range: range,
         start: convert::pose_to_wire(robot.start),

@@ -6,10 +6,12 @@
 //! line and the tests import it.
 //!
 //! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `crowds` (who is
-//! drawn), `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and `perception`), [`measures`] and
+//! drawn), `surroundings` with `things`, `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and
+//! `perception`), [`measures`] and
 //! [`outcome`] (how it went). The crate `curionav-lab` draws the scenes of the paper.
 
 mod avoiding;
+mod beams;
 mod crowds;
 mod legs;
 pub mod lidar;
@@ -21,6 +23,8 @@ mod plant;
 mod recorded;
 pub mod scenario;
 mod social_force;
+mod surroundings;
+mod things;
 mod walkers;
 mod walls;
 pub mod world;

@@ -1,11 +1,14 @@
-//! The laser as it really measures: rays against the map and against people, with noise.
+//! The laser as it really measures: rays against walls, people and things, with noise.
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::numerics::{atan2, sin_cos};
-use curionav_planning::occupancy::{RayCaster, StaticMap};
+use curionav_planning::numerics::sin_cos;
+use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, standard_normal, uniform};
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
+
+use crate::beams::{Beams, Rays, disc_range};
+use crate::things::Things;
 
 /// What the laser meets of people: upright cylinders of one radius.
 #[derive(Debug, Clone)]
@@ -23,16 +26,54 @@ impl Bodies {
     }
 }
 
-/// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
-/// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
-/// not depend on what the others see.
+/// One scan of a laser as it should be, from the robot's true pose, where there are walls and people alone.
 pub fn scan(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies, rng: &mut Rng) -> Vec<f32> {
-    let range_max = laser.range_max;
-    let noisy = ranges(laser, map, robot, people).into_iter().map(|range| {
-        let noise = laser.range_sigma * standard_normal(rng);
-        (if range < range_max { (range + noise).clamp(0.0, range_max) } else { range_max }) as f32
-    });
-    noisy.collect()
+    let things = Things::new(&[]);
+    let at = robot.compose(laser.robot_from_laser);
+    let view = View { laser, at, walls: map, people, things: &things };
+    let mut glass = rng.clone();
+    view.scan(laser.range_sigma, rng, &mut glass)
+}
+
+/// What a laser looks at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) laser: &'a LaserModel,
+    /// Where it is, map frame.
+    pub(crate) at: Pose2,
+    pub(crate) walls: &'a StaticMap,
+    pub(crate) people: &'a Bodies,
+    pub(crate) things: &'a Things,
+}
+
+impl View<'_> {
+    /// One scan: a range for each beam, metres, `range_max` where nothing is met, with noise of `sigma` metres. One
+    /// normal number is drawn for each beam, hit or not, so that the noise of a beam does not depend on what the others
+    /// see. `glass` draws which beams pass through glass.
+    pub(crate) fn scan(&self, sigma: f64, noise: &mut Rng, glass: &mut Rng) -> Vec<f32> {
+        let range_max = self.laser.range_max;
+        let noisy = self.ranges(glass).into_iter().map(|range| {
+            let error = sigma * standard_normal(noise);
+            (if range < range_max { (range + error).clamp(0.0, range_max) } else { range_max }) as f32
+        });
+        noisy.collect()
+    }
+
+    /// What a laser without noise measures, metres.
+    fn ranges(&self, glass: &mut Rng) -> Vec<f64> {
+        let Self { laser, at, .. } = *self;
+        let rays = Rays::new(self.walls, at.position());
+        let (s, c) = sin_cos(at.heading);
+        let mut beams = Beams::new(laser);
+        beams.cast(|(x, y)| rays.range((c * x - s * y, s * x + c * y), laser.range_max));
+        let radius = self.people.radius;
+        for &centre in &self.people.centres {
+            let centre = at.inverse_transform(centre);
+            beams.shorten(centre, radius, |_, direction| disc_range(centre, radius, direction));
+        }
+        self.things.shorten(&mut beams, at, glass);
+        beams.into_ranges()
+    }
 }
 
 /// Makes each beam say nothing by this chance, whatever the others do.
@@ -44,105 +85,19 @@ pub fn silence(ranges: &mut [f32], share: f64, rng: &mut Rng) {
     }
 }
 
-/// What a laser without noise measures, metres.
-fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies) -> Vec<f64> {
-    let map_from_laser = robot.compose(laser.robot_from_laser);
-    let rays = Rays::new(map, map_from_laser.position());
-    let (s, c) = sin_cos(map_from_laser.heading);
-    let directions: Vec<(f64, f64)> = (0..laser.beams).map(|beam| direction(laser, beam)).collect();
-    let mut ranges: Vec<f64> =
-        directions.iter().map(|(x, y)| rays.range((c * x - s * y, s * x + c * y), laser.range_max)).collect();
-    for &centre in &people.centres {
-        let centre = map_from_laser.inverse_transform(centre);
-        shorten(laser, &directions, &mut ranges, centre, people.radius);
-    }
-    ranges
-}
-
-/// The unit vector of a beam, laser frame.
-fn direction(laser: &LaserModel, beam: u32) -> (f64, f64) {
-    let (s, c) = sin_cos(laser.bearing(beam));
-    (c, s)
-}
-
-/// Shortens the beams that meet a disc, laser frame. Only beams inside the angle that the disc subtends
-/// are looked at.
-fn shorten(laser: &LaserModel, directions: &[(f64, f64)], ranges: &mut [f64], centre: Point2, radius: f64) {
-    let distance = centre.distance(Point2::default());
-    if distance - radius >= laser.range_max {
-        return;
-    }
-    let half = if distance > radius {
-        atan2(radius, (distance * distance - radius * radius).sqrt())
-    } else {
-        std::f64::consts::PI
-    };
-    let gap = laser.bearing(1) - laser.bearing(0);
-    let middle = (atan2(centre.y, centre.x) - laser.bearing(0)) / gap;
-    let half = half / gap + 1.0;
-    let turn = std::f64::consts::TAU / gap;
-    for middle in [middle - turn, middle, middle + turn] {
-        // Casts saturate: a window outside the field of view is empty.
-        let first = (middle - half).ceil().max(0.0) as usize;
-        let last = (middle + half).floor();
-        let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
-        let window = ranges.iter_mut().zip(directions).skip(first).take(count);
-        window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
-    }
-}
-
-/// Rays from one point against the occupied cells of a map.
-pub(crate) struct Rays<'a> {
-    caster: RayCaster<'a>,
-    resolution: f64,
-    /// Origin in cell units.
-    origin: (f64, f64),
-    /// Cosine and sine of the turn from the map frame into the grid's axes.
-    turn: (f64, f64),
-}
-
-impl<'a> Rays<'a> {
-    /// Rays from `origin`, map frame.
-    pub(crate) fn new(map: &'a StaticMap, origin: Point2) -> Self {
-        let grid = &map.grid;
-        let (s, c) = sin_cos(-grid.origin().heading);
-        Self {
-            caster: RayCaster::new(map),
-            resolution: grid.resolution(),
-            origin: grid.grid_from_map(origin),
-            turn: (c, s),
-        }
-    }
-
-    /// Distance along the unit vector `direction` (map frame) to the first occupied cell, metres;
-    /// `range_max` when there is none before. Unknown space is transparent, and nothing is outside.
-    pub(crate) fn range(&self, direction: (f64, f64), range_max: f64) -> f64 {
-        let (c, s) = self.turn;
-        let dx = c * direction.0 - s * direction.1;
-        let dy = s * direction.0 + c * direction.1;
-        let reach = range_max * (1.0 / self.resolution);
-        let range = self.caster.range(self.origin, (dx, dy), reach);
-        range.map_or(range_max, |range| range * self.resolution)
-    }
-}
-
-/// Distance along the unit vector `direction` from the origin to a disc; 0 inside it, infinite past it.
-pub(crate) fn disc_range(centre: Point2, radius: f64, direction: (f64, f64)) -> f64 {
-    let along = centre.x * direction.0 + centre.y * direction.1;
-    let excess = centre.x * centre.x + centre.y * centre.y - radius * radius;
-    if excess <= 0.0 {
-        return 0.0;
-    }
-    let inside = along * along - excess;
-    if along <= 0.0 || inside < 0.0 { f64::INFINITY } else { along - inside.sqrt() }
-}
-
 #[cfg(test)]
 mod tests {
     use curionav_planning::occupancy::{Cell, OccupancyGrid};
     use curionav_planning::random::{rng, uniform};
 
     use super::*;
+    use crate::beams::direction;
+
+    fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies) -> Vec<f64> {
+        let things = Things::new(&[]);
+        let at = robot.compose(laser.robot_from_laser);
+        View { laser, at, walls: map, people, things: &things }.ranges(&mut rng(0, 0))
+    }
 
     fn no_people() -> Bodies {
         Bodies { centres: Vec::new(), radius: 0.25 }

@@ -6,7 +6,7 @@ use curionav_planning::occupancy::StaticMap;
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
 
-use crate::lidar::{Rays, disc_range};
+use crate::beams::{Rays, disc_range};
 use crate::scenario::PerceivedPeople;
 
 /// Parts of a person that are looked at, as offsets across the line of sight in radii.

@@ -2,12 +2,11 @@
 
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{OdometryNoise, RobotModel, step};
-use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, standard_normal};
 
-use crate::walls::wall_distance;
+use crate::surroundings::Surroundings;
 
-/// A unicycle with speed and acceleration limits, drifting odometry and solid walls.
+/// A unicycle with speed and acceleration limits, drifting odometry, and walls and things that are solid.
 ///
 /// Its body is the disc that circumscribes the footprint. People do not stop it: driving into one is a
 /// contact, which is counted, and the run goes on (A37).
@@ -22,7 +21,7 @@ pub(crate) struct Plant {
     pub twist: Twist,
     /// Pose in the odometry frame: the sum of noisy increments.
     pub odometry: Pose2,
-    /// Speed at which a wall stopped the robot in the last step, m/s; none when none did.
+    /// Speed at which a wall or a thing stopped the robot in the last step, m/s; none when none did.
     pub wall_impact: Option<f64>,
 }
 
@@ -44,12 +43,12 @@ impl Plant {
         self.model.radius()
     }
 
-    /// Moves for `dt` seconds towards the twist `wanted`. A wall ends the translation where the body
-    /// touches it; the robot may still turn on the spot.
-    pub(crate) fn step(&mut self, wanted: Twist, dt: f64, map: &StaticMap, rng: &mut Rng) {
+    /// Moves for `dt` seconds towards the twist `wanted`. A wall or a thing ends the translation where the body touches
+    /// it; the robot may still turn on the spot.
+    pub(crate) fn step(&mut self, wanted: Twist, dt: f64, around: &Surroundings, rng: &mut Rng) {
         let twist = self.model.limit(self.twist, wanted, dt);
         let before = self.pose;
-        let free = self.free_time(twist, dt, map);
+        let free = self.free_time(twist, dt, around);
         self.wall_impact = (free < dt).then_some(twist.v);
         self.pose = step(before, twist, free);
         if free < dt {
@@ -65,44 +64,45 @@ impl Plant {
         self.odometry = self.odometry.compose(noisy);
     }
 
-    /// How long, up to `dt` seconds, the arc from here stays clear of walls. Looked at every half cell,
+    /// How long, up to `dt` seconds, the arc from here stays clear of what is solid. Looked at every half cell,
     /// then bisected.
-    fn free_time(&self, twist: Twist, dt: f64, map: &StaticMap) -> f64 {
-        let pieces = (twist.v * dt / (0.5 * map.grid.resolution())).ceil();
+    fn free_time(&self, twist: Twist, dt: f64, around: &Surroundings) -> f64 {
+        let pieces = (twist.v * dt / (0.5 * around.walls().grid.resolution())).ceil();
         for k in 1..=(pieces as u32) {
             let mut good = dt * f64::from(k - 1) / pieces;
             let mut bad = dt * f64::from(k) / pieces;
-            if self.is_clear(twist, bad, map) {
+            if self.is_clear(twist, bad, around) {
                 continue;
             }
             for _ in 0..30 {
                 let middle = 0.5 * (good + bad);
-                if self.is_clear(twist, middle, map) { good = middle } else { bad = middle }
+                if self.is_clear(twist, middle, around) { good = middle } else { bad = middle }
             }
             return good;
         }
         dt
     }
 
-    /// Whether the body is clear of walls `t` seconds along the arc from here.
-    fn is_clear(&self, twist: Twist, t: f64, map: &StaticMap) -> bool {
-        let p = step(self.pose, twist, t).position();
-        map.to_obstacle.clearance(&map.grid, p) >= self.radius() || wall_distance(map, p) >= self.radius()
+    /// Whether the body touches nothing solid `t` seconds along the arc from here.
+    fn is_clear(&self, twist: Twist, t: f64, around: &Surroundings) -> bool {
+        around.is_clear(step(self.pose, twist, t).position(), self.radius())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use curionav_planning::random::{rng, uniform};
 
     use super::*;
+    use crate::scenario::WorldSetup;
 
     /// A room of 10 m x 10 m with walls of one cell, 0.05 m.
-    fn room() -> StaticMap {
+    fn room() -> Surroundings {
         let wall = |i: usize| [0, 199].contains(&(i % 200)) || [0, 199].contains(&(i / 200));
         let cells = (0..40_000).map(|i| if wall(i) { 100 } else { 0 }).collect();
-        StaticMap::new(OccupancyGrid::new(200, 200, 0.05, Pose2::default(), cells).unwrap())
+        let map = StaticMap::new(OccupancyGrid::new(200, 200, 0.05, Pose2::default(), cells).unwrap());
+        Surroundings::new(&map, &WorldSetup::default())
     }
 
     fn plant(start: Pose2) -> Plant {
@@ -129,7 +129,7 @@ mod tests {
             for _ in 0..1500 {
                 let wanted = Twist { v: 1.0, omega: 0.6 * uniform(&mut r) - 0.3 };
                 p.step(wanted, 0.1, &map, &mut r);
-                assert!(wall_distance(&map, p.pose.position()) >= 0.3 - 1e-9, "seed {seed}");
+                assert!(map.distance(p.pose.position()) >= 0.3 - 1e-9, "seed {seed}");
                 impacts += u32::from(p.wall_impact.is_some());
             }
             assert!(impacts > 0, "seed {seed} never met a wall");
@@ -154,6 +154,7 @@ mod tests {
     fn odometry_noise_has_the_declared_variance_whatever_the_step() {
         // 5 m straight: position variance 0.004 * 5 on the axis of travel, heading 0.0005 * 5.
         let map = StaticMap::new(OccupancyGrid::new(200, 20, 0.1, Pose2::default(), vec![0; 4000]).unwrap());
+        let map = Surroundings::new(&map, &WorldSetup::default());
         for dt in [0.1, 0.05] {
             let (mut along, mut heading, runs) = (0.0, 0.0, 4000);
             for seed in 0..runs {

@@ -1,6 +1,8 @@
 //! The world: robot, people and sensors, one tick after the other.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod recorded_extent;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::{hypot, sin_cos};
@@ -11,14 +13,18 @@ use curionav_planning::scene::People;
 
 use crate::crowds::populated;
 use crate::legs::legs;
-use crate::lidar::{Bodies, scan, silence};
+use crate::lidar::{Bodies, View, silence};
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
-use crate::recorded::{Recording, Step};
-use crate::scenario::{PeopleShape, Recorded, Scenario, WalkMode};
-use crate::walls::wall_distance;
+use crate::recorded::Recording;
+use crate::scenario::{LaserFaults, PeopleShape, Scenario, WalkMode, WorldEvent};
+use crate::surroundings::Surroundings;
+use crate::things::Things;
 use curionav_planning::time_to_collision::time_to_collision;
+
+pub use self::recorded_extent::RecordedExtent;
+use self::recorded_extent::chosen;
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
 /// drawn from a stream of its own for each tick, so that looking twice sees the same.
@@ -26,6 +32,7 @@ const START_STREAM: u64 = 0x5354_4152_0000_0000;
 const ODOMETRY_STREAM: u64 = 0x4f44_4f4d_0000_0000;
 const LASER_STREAM: u64 = 0x4c41_5345_0000_0000;
 const LASER_FAULT_STREAM: u64 = 0x4641_554c_0000_0000;
+const GLASS_STREAM: u64 = 0x474c_4153_0000_0000;
 
 /// Most people of a world, walkers and recorded ones together: a message holds no more (`schemas`, `MAX_PEOPLE`).
 pub const MOST_PEOPLE: usize = 1024;
@@ -79,9 +86,9 @@ pub struct Truth {
     pub person_distance: f64,
     /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
     pub person_clearance: f64,
-    /// Gap between the robot's body and the nearest wall, metres.
+    /// Gap between the robot's body and the nearest wall or thing, metres.
     pub wall_clearance: f64,
-    /// Speed at which a wall stopped the robot during this tick, m/s.
+    /// Speed at which a wall or a thing stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
     /// The people whose disc overlaps the robot's (D11), by ascending id. One who came into being too late for the
     /// robot to stop, as filmed people do at the edge of a film, is left out until they have parted.
@@ -90,11 +97,24 @@ pub struct Truth {
     pub time_to_collision: f64,
 }
 
+/// What a laser had before it.
+#[derive(Debug, Clone)]
+struct Moment {
+    robot: Pose2,
+    bodies: Bodies,
+    things: Things,
+}
+
 /// The simulated world. Same scenario, map, recordings, seed and commands: same run, bit for bit.
 #[derive(Debug, Clone)]
 pub struct World {
     scenario: Scenario,
+    /// What the robot is given.
     map: StaticMap,
+    /// What is solid.
+    around: Surroundings,
+    /// What late scans have seen, the newest first.
+    past: VecDeque<Moment>,
     seed: u64,
     tick: u64,
     plant: Plant,
@@ -118,18 +138,21 @@ impl World {
         seed: u64,
     ) -> Result<Self, FieldError> {
         scenario.check()?;
-        scenario.check_on(&map)?;
-        let scenario = &populated(scenario, &map, seed)?;
+        let around = Surroundings::new(&map, &scenario.world);
+        scenario.check_on(&map, around.floor())?;
+        let scenario = &populated(scenario, around.floor(), seed)?;
         let mut world = Self {
             plant: Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, scenario.robot.start),
-            walkers: Walkers::new(scenario, &map),
-            recordings: chosen(scenario, &map, recordings)?,
+            walkers: Walkers::new(scenario, around.floor()),
+            recordings: chosen(scenario, around.floor(), recordings)?,
             live: People::default(),
             people: People::default(),
             arrived: BTreeMap::new(),
             unavoidable: BTreeSet::new(),
             scenario: scenario.clone(),
             map,
+            around,
+            past: VecDeque::new(),
             seed,
             tick: 0,
         };
@@ -137,6 +160,7 @@ impl World {
         world.people = world.all_people();
         world.plant.pose = world.draw_start();
         world.start_is_clear()?;
+        world.is_carried(f64::NEG_INFINITY);
         world.unavoidable = world.overlapping().map(|i| world.people.id[i]).collect();
         Ok(world)
     }
@@ -183,10 +207,10 @@ impl World {
     /// Where the people of each recording are.
     pub fn recorded(&self) -> impl Iterator<Item = RecordedExtent> {
         let pairs = self.scenario.recorded.iter().zip(&self.recordings);
-        pairs.map(|(setup, recording)| RecordedExtent::of(setup, &self.map, recording))
+        pairs.map(|(setup, recording)| RecordedExtent::of(setup, self.around.floor(), recording))
     }
 
-    /// The static map.
+    /// The map that the robot is given.
     pub fn map(&self) -> &StaticMap {
         &self.map
     }
@@ -208,22 +232,69 @@ impl World {
 
     /// What the sensors say now.
     pub fn observe(&self) -> Observation {
-        let mut noise = rng(self.seed, LASER_STREAM + self.tick);
         let pose = self.plant.pose;
         let what = self.scenario.perception.people;
-        let mut ranges = scan(&self.scenario.laser, &self.map, pose, &self.bodies(), &mut noise);
-        let silent_share = self.scenario.laser_faults.silent_share;
-        if silent_share > 0.0 {
-            let mut chance = rng(self.seed, LASER_FAULT_STREAM + self.tick);
-            silence(&mut ranges, silent_share, &mut chance);
-        }
         Observation {
             tick: self.tick,
             stamp: self.time(),
-            ranges,
+            ranges: self.scan(&self.laser_faults()),
             odometry: self.plant.odometry,
             twist: self.plant.twist,
-            people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),
+            people: perceived(what, &self.people, pose, &self.scenario.laser, self.around.floor()),
+        }
+    }
+
+    /// How the laser fails now.
+    fn laser_faults(&self) -> LaserFaults {
+        let now = self.time();
+        let so_far = self.scenario.world.events.iter().take_while(|event| event.at_s <= now);
+        so_far.filter_map(|event| event.laser).last().unwrap_or(self.scenario.laser_faults)
+    }
+
+    fn scan(&self, faults: &LaserFaults) -> Vec<f32> {
+        let laser = &self.scenario.laser;
+        let moment = self.seen_late(faults.late_s);
+        let [x, y, heading] = faults.moved;
+        let mounted = laser.robot_from_laser.compose(Pose2::new(x, y, heading));
+        let view = View {
+            laser,
+            at: moment.robot.compose(mounted),
+            walls: self.around.walls(),
+            people: &moment.bodies,
+            things: &moment.things,
+        };
+        // The root of a square is not always the number.
+        let is_noisy = faults.noise_m > 0.0;
+        let sigma = if is_noisy { hypot(laser.range_sigma, faults.noise_m) } else { laser.range_sigma };
+        let mut noise = rng(self.seed, LASER_STREAM + self.tick);
+        let mut glass = rng(self.seed, GLASS_STREAM + self.tick);
+        let mut ranges = view.scan(sigma, &mut noise, &mut glass);
+        if faults.silent_share > 0.0 {
+            let mut chance = rng(self.seed, LASER_FAULT_STREAM + self.tick);
+            silence(&mut ranges, faults.silent_share, &mut chance);
+        }
+        ranges
+    }
+
+    /// What was before the laser `late` seconds ago; at the start if that is longer ago.
+    fn seen_late(&self, late: f64) -> Moment {
+        let ticks = (late / self.scenario.clock.tick_s).round() as usize;
+        let then = ticks.checked_sub(1).and_then(|ago| self.past.get(ago).or(self.past.back()));
+        then.cloned().unwrap_or_else(|| self.moment())
+    }
+
+    fn moment(&self) -> Moment {
+        Moment { robot: self.plant.pose, bodies: self.bodies(), things: self.around.things().clone() }
+    }
+
+    /// Remembers what is before the laser for as long as any scan is late.
+    fn remember(&mut self) {
+        let events = self.scenario.world.events.iter().filter_map(|event| event.laser);
+        let faults = std::iter::once(self.scenario.laser_faults).chain(events);
+        let latest = faults.map(|faults| faults.late_s).fold(0.0, f64::max);
+        if latest > 0.0 {
+            self.past.push_front(self.moment());
+            self.past.truncate((latest / self.scenario.clock.tick_s).round() as usize);
         }
     }
 
@@ -242,7 +313,7 @@ impl World {
             twist,
             person_distance,
             person_clearance: person_distance - self.contact_distance(),
-            wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
+            wall_clearance: self.around.distance(pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
             touching: touched.map(|i| touch(pose, twist, &self.people, i)).collect(),
             time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
@@ -253,13 +324,29 @@ impl World {
     pub fn step(&mut self, command: Twist) {
         let dt = self.scenario.clock.tick_s;
         let mut noise = rng(self.seed, ODOMETRY_STREAM + self.tick);
-        self.plant.step(command, dt, &self.map, &mut noise);
+        self.remember();
+        self.plant.step(command, dt, &self.around, &mut noise);
         let robot = robot_body(self.plant.pose, self.plant.twist, self.plant.radius());
         let people = &self.people;
         let others = (self.scenario.walkers.len()..people.len()).map(|i| passer_by(people, i));
-        self.walkers.step(dt, &self.map, people.radius, robot, others);
+        let others = others.chain(self.around.things().pushed());
+        self.walkers.step(dt, self.around.floor(), people.radius, robot, others);
+        let before = self.time();
         self.tick += 1;
+        let here = self.plant.pose.position();
+        self.around.step(self.time(), dt, here, self.plant.radius());
+        self.is_carried(before);
         self.renew_people();
+    }
+
+    /// Carries the robot where an event after `before`, and up to now, has it.
+    fn is_carried(&mut self, before: f64) {
+        let now = self.time();
+        let due = self.scenario.world.events.iter().filter(|event| before < event.at_s && event.at_s <= now);
+        if let Some(place) = due.filter_map(WorldEvent::place).next_back() {
+            self.plant.pose = place;
+            self.plant.twist = Twist::default();
+        }
     }
 
     /// Puts live people into the world in place of those given before; their ids are counted from
@@ -352,7 +439,7 @@ impl World {
             let z: [f64; 3] = std::array::from_fn(|_| standard_normal(&mut noise));
             let offset: [f64; 3] = std::array::from_fn(|i| robot.start_noise * robot.initial_sigma[i] * z[i]);
             let p = Point2::new(robot.start.x + offset[0], robot.start.y + offset[1]);
-            let clear = wall_distance(&self.map, p) >= robot.model.radius()
+            let clear = self.around.distance(p) >= robot.model.radius()
                 && (0..self.people.len())
                     .all(|i| self.people.position(i).distance(p) >= self.contact_distance());
             if z.iter().all(|z| z.abs() <= 2.0) && clear {
@@ -371,116 +458,6 @@ fn add(people: &mut People, id: u32, position: Point2, velocity: (f64, f64)) {
     people.vy.push(velocity.1);
 }
 
-/// Where the people of one of a scenario's recordings are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecordedExtent {
-    /// How many people there are.
-    pub people: usize,
-    /// First and last time in the recording, seconds.
-    pub span: (f64, f64),
-    /// Least and greatest x and y, map frame, metres.
-    pub corners: (Point2, Point2),
-    /// The share of their positions that lie on the map's free floor.
-    pub on_floor: f64,
-    /// The median speed of those steps that lead anywhere, m/s; none if no person moves.
-    pub usual_speed: Option<f64>,
-    /// The fastest step; none if there is no step.
-    pub fastest: Option<Step>,
-}
-
-/// Slower than this no person walks, m/s: recorded positions of people who stand move as well.
-const STANDING_MPS: f64 = 0.1;
-/// What people walk at, m/s, as a median over many.
-const WALKING_MPS: [f64; 2] = [0.3, 3.0];
-/// Faster than this no person runs, m/s.
-const RUNNING_MPS: f64 = 10.0;
-
-impl RecordedExtent {
-    /// What is odd about these people, a sentence each.
-    pub fn odd(&self) -> Vec<String> {
-        let mut odd = Vec::new();
-        if let Some(Step { id, time, speed }) = self.fastest.filter(|step| step.speed > RUNNING_MPS) {
-            odd.push(format!(
-                "person {id} moves at {speed:.1} m/s at {time:.1} s, faster than anyone runs; look for mixed-up ids, \
-                 the unit of positions and fps"
-            ));
-        }
-        let [least, most] = WALKING_MPS;
-        if let Some(speed) = self.usual_speed.filter(|speed| !(least..=most).contains(speed)) {
-            odd.push(format!(
-                "people move at {speed:.2} m/s as a rule, and walk at {least} to {most}; look at fps"
-            ));
-        }
-        odd
-    }
-}
-
-impl RecordedExtent {
-    fn of(setup: &Recorded, map: &StaticMap, recording: &Recording) -> Self {
-        let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
-        let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
-        let mut all = 0_usize;
-        let mut free = 0_usize;
-        for p in recording.positions().map(|p| setup.pose.transform(p)) {
-            low = Point2::new(low.x.min(p.x), low.y.min(p.y));
-            high = Point2::new(high.x.max(p.x), high.y.max(p.y));
-            all += 1;
-            let cell = map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
-            free += usize::from(cell.is_some_and(|cell| map.to_obstacle.cell(cell) > 0.0));
-        }
-        let mut speeds: Vec<f64> =
-            recording.steps().map(|step| step.speed).filter(|speed| *speed > STANDING_MPS).collect();
-        speeds.sort_by(f64::total_cmp);
-        Self {
-            people: recording.ids().len(),
-            span: recording.span(),
-            corners: (low, high),
-            on_floor: free as f64 / all.max(1) as f64,
-            usual_speed: speeds.get(speeds.len() / 2).copied(),
-            fastest: recording.steps().reduce(|a, b| if b.speed > a.speed { b } else { a }),
-        }
-    }
-}
-
-/// The recordings with only the people the scenario asks for.
-fn chosen(
-    scenario: &Scenario,
-    map: &StaticMap,
-    mut recordings: Vec<Recording>,
-) -> Result<Vec<Recording>, FieldError> {
-    if recordings.len() != scenario.recorded.len() {
-        let wanted = scenario.recorded.len();
-        let found = recordings.len();
-        let problem = format!("names {wanted} recordings, {found} came along");
-        return Err(FieldError::new("recorded", problem, "send every recording with the scenario"));
-    }
-    for (i, (setup, recording)) in scenario.recorded.iter().zip(&mut recordings).enumerate() {
-        if let Some(ids) = &setup.ids {
-            recording.keep(ids).map_err(|id| {
-                let problem = format!("no person in {} has id {id}", setup.file);
-                FieldError::new(format!("recorded[{i}].ids"), problem, "list ids of the recording")
-            })?;
-        }
-        let RecordedExtent { span: (_, last), corners: (low, high), on_floor, .. } =
-            RecordedExtent::of(setup, map, recording);
-        if setup.start_s > last && !setup.r#loop {
-            let problem = format!("is {} s, and the recording ends at {last:.1} s", setup.start_s);
-            return Err(FieldError::new(
-                format!("recorded[{i}].start_s"),
-                problem,
-                "begin earlier, or say `loop = true`",
-            ));
-        }
-        if on_floor == 0.0 {
-            let x = format!("{:.1} to {:.1}", low.x, high.x);
-            let y = format!("{:.1} to {:.1}", low.y, high.y);
-            let problem = format!("puts all people off the map's free floor: x from {x} m, y from {y} m");
-            return Err(FieldError::new(format!("recorded[{i}].pose"), problem, "give map_from_recording"));
-        }
-    }
-    Ok(recordings)
-}
-
 /// How the robot and the i-th person go towards each other along the line between their centres.
 fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
     let person = people.position(i);
@@ -497,3 +474,6 @@ fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod open_tests;

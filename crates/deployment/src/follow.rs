@@ -25,6 +25,9 @@ const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 /// Questions about the status that may fail in a row before the simulator is given up.
 const STATUS_ATTEMPTS: u32 = 5;
 
+/// The reports of the last cycles come within it.
+const LAST_REPORTS: Duration = Duration::from_secs(1);
+
 /// What is left of a run.
 pub struct Finished {
     /// How it went.
@@ -72,6 +75,9 @@ pub async fn follow(
     };
     bar.finish_and_clear();
     kept.extend(arrived());
+    if let (Some(inbox), Some(result)) = (&reports, &status.result) {
+        await_last(inbox, &mut kept, result.cycles.count as usize).await;
+    }
     let Some(result) = status.result else {
         let reason = status.error.map(|end| words::say("end", &end));
         let reason = reason.unwrap_or_else(|| "it ended without a result".into());
@@ -85,6 +91,18 @@ pub async fn follow(
         None => Err(Exit::failed(package.fault(None, "no planning cycle was reported"))),
     };
     Ok(Finished { result, reports: kept, map })
+}
+
+/// Waits for the reports of a run that has ended until there are `cycles` of them: what is said of the run overtakes what
+/// is said of its last cycles. In real time reports may be lost.
+async fn await_last(inbox: &Inbox<CycleReport>, kept: &mut Vec<CycleReport>, cycles: usize) {
+    let deadline = Instant::now() + LAST_REPORTS;
+    while kept.len() < cycles {
+        match timeout_at(deadline, inbox.next()).await {
+            Ok(Some(report)) => kept.push(report),
+            _ => return,
+        }
+    }
 }
 
 fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {

@@ -1,7 +1,7 @@
 //! What the lines, colours and symbols mean.
 
 use super::page::{Panel, rectangle, translate};
-use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, TRUTH, cost_colour};
+use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, THING, TRUTH, cost_colour};
 use super::symbols::{badge, line, person, star, text};
 use super::viewport::{Viewport, px};
 use svg::node::element::{Circle, Ellipse, Group, Line};
@@ -13,9 +13,9 @@ const SYMBOL: f64 = 34.0;
 const MIDDLE: (f64, f64) = (SYMBOL / 2.0, 10.0);
 
 /// The legend in as many columns as fit into `width` pixels.
-pub(super) fn legend(width: f64) -> Panel {
+pub(super) fn legend(width: f64, has_things: bool) -> Panel {
     let columns = ((width / CELL.0) as usize).max(1);
-    let entries = entries();
+    let entries = entries(has_things);
     let rows = entries.len().div_ceil(columns);
     let mut content = Group::new();
     for (index, (symbol, words)) in entries.into_iter().enumerate() {
@@ -31,14 +31,15 @@ pub(super) fn legend(width: f64) -> Panel {
     Panel { content, width: columns as f64 * CELL.0, height: rows as f64 * CELL.1 }
 }
 
-fn entries() -> Vec<(Group, &'static str)> {
+fn entries(has_things: bool) -> Vec<(Group, &'static str)> {
     let ellipse = Ellipse::new().set("cx", MIDDLE.0).set("cy", MIDDLE.1).set("rx", 14).set("ry", 7);
     let ellipse = ellipse.set("fill", BELIEF).set("fill-opacity", 0.1).set("stroke", BELIEF);
     let goal = circle(9.5, GOAL).set("fill-opacity", 0.15).set("stroke", GOAL).set("stroke-dasharray", "4 2");
     let crowd = circle(9.0, CROWD).set("fill-opacity", 0.5).set("stroke", CROWD);
+    let thing = rectangle(20.0, 10.0, THING).set("x", 7).set("y", 5).set("stroke", INK);
     // A viewport in which a pixel is a tenth of a metre, to show a person who walks at 1 m/s.
     let viewport = Viewport { min_x: 0.0, max_y: 2.0, width: 34.0, height: 20.0, scale: 10.0 };
-    vec![
+    let mut entries = vec![
         (Group::new().add(stroke(TRUTH, 3.0)), "where the robot was"),
         (Group::new().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed it was"),
         (Group::new().add(ellipse), "uncertainty of the belief, 2 \u{3c3}"),
@@ -54,7 +55,11 @@ fn entries() -> Vec<(Group, &'static str)> {
         (Group::new().add(bar().set("class", "rejected")), "rejected candidates"),
         (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
         (badge(MIDDLE, 1), "planning cycle that is shown enlarged"),
-    ]
+    ];
+    if has_things {
+        entries.push((Group::new().add(thing), "thing on no map (dashed: it moves, comes or goes)"));
+    }
+    entries
 }
 
 fn bar() -> Line {

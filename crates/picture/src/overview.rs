@@ -7,6 +7,7 @@ use super::palette::{BELIEF, INK, TRUTH};
 use super::run::Run;
 use super::snapshots::Snapshot;
 use super::symbols::{badge, covariance_ellipse, disc, goal, line, path, person, robot, tracks};
+use super::thing::things;
 use super::trace_columns::{TraceColumns, Track};
 use super::viewport::{Bounds, Viewport};
 use curionav_planning::numerics::{hypot, sin_cos};
@@ -37,6 +38,7 @@ pub(super) fn overview(
     let viewport = Viewport::fit(shown, width - AXIS.0, height - AXIS.1);
     let inside = pane(viewport.width, viewport.height)
         .add(map_layer(run.map, MAP_ID, &viewport))
+        .add(things(&viewport, run.things))
         .add(people(run, trace, &viewport))
         .add(goal(&viewport, run.goal, run.goal_tolerance))
         .add(ways(run, trace, &viewport))

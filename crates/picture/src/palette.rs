@@ -10,6 +10,8 @@ pub(super) const GOAL: &str = "#009E73";
 pub(super) const PERSON: &str = "#A6457F";
 /// The crowds that the density model makes of people.
 pub(super) const CROWD: &str = "#E69F00";
+/// What is on no map.
+pub(super) const THING: &str = "#B5A642";
 /// The start, the chosen candidate and the text.
 pub(super) const INK: &str = "#1a1a1a";
 /// Limits and rejected candidates.

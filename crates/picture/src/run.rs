@@ -1,5 +1,6 @@
 //! Everything about one run that its page shows.
 
+use super::thing::Thing;
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 
 /// A run to be drawn; lengths in metres, in the map frame.
@@ -10,6 +11,8 @@ pub struct Run<'a> {
     pub reports: &'a [CycleReport],
     /// Where it took place.
     pub map: &'a OccupancyGrid,
+    /// What was there besides the map.
+    pub things: &'a [Thing],
     /// Where the robot was to go.
     pub goal: (f64, f64),
     /// Radius of the robot's body.

@@ -19,7 +19,7 @@ pub fn run_svg(run: &Run<'_>) -> String {
 
     let map = overview::overview(run, trace, &shown, wide, MAP_HEIGHT);
     let beside = wide - map.width - 2.0 * GAP;
-    let legend = legend::legend(if beside >= 280.0 { beside } else { wide });
+    let legend = legend::legend(if beside >= 280.0 { beside } else { wide }, !run.things.is_empty());
     if beside >= legend.width {
         column.add_beside(RIM + map.width + 2.0 * GAP, legend);
         column.add(RIM, map);

@@ -6,7 +6,15 @@ use svg::parser::Event;
 
 fn picture(result: &RunResult, reports: &[CycleReport]) -> String {
     let map = &golden::occupancy_grid();
-    run_svg(&Run { result, reports, map, goal: (8.0, 6.5), robot_radius: 0.3, goal_tolerance: 0.5 })
+    run_svg(&Run {
+        result,
+        reports,
+        map,
+        things: &[],
+        goal: (8.0, 6.5),
+        robot_radius: 0.3,
+        goal_tolerance: 0.5,
+    })
 }
 
 /// A run along the x axis with every column that is drawn.

@@ -5,6 +5,7 @@ use super::map_layer::{area, definition, known, map_layer};
 use super::page::{MAP_ID, RIM, document, file, pane};
 use super::palette::{INK, TRUTH};
 use super::symbols::{goal, path, person, robot, text, tracks};
+use super::thing::{Thing, things};
 use super::viewport::Viewport;
 use curionav_schemas::{OccupancyGrid, Pose};
 use svg::node::element::{Definitions, Group};
@@ -14,6 +15,8 @@ const SIZE: (f64, f64) = (900.0, 640.0);
 /// Room for the title above and the explanation below, px.
 const TITLE: f64 = 40.0;
 const WORDS: f64 = 60.0;
+/// Room for one line more, px.
+const LINE: f64 = 16.0;
 /// Where no landmark is within the laser's range.
 const BARE: (&str, &str) = ("bare", "#cfe3f2");
 
@@ -35,6 +38,8 @@ pub struct SceneSketch<'a> {
     pub description: &'a str,
     /// The map.
     pub map: &'a OccupancyGrid,
+    /// What is there besides the map.
+    pub things: Vec<Thing>,
     /// For each cell of `map`, in its order: whether it is free and no landmark is within the laser's range.
     pub bare: Vec<bool>,
     /// The laser's range, m.
@@ -69,6 +74,7 @@ pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
     let inside = pane(viewport.width, viewport.height)
         .add(map_layer(map, BARE.0, &viewport))
         .add(map_layer(map, MAP_ID, &viewport))
+        .add(things(&viewport, &scene.things))
         .add(tracks(&viewport, scene.routes.iter().cloned()))
         .add(shortest.set("stroke-dasharray", "7 5"))
         .add(at_start)
@@ -76,7 +82,8 @@ pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
         .add(robot(&viewport, (start.x, start.y), start.heading, scene.robot_radius, INK))
         .add(scale_bar(&viewport));
     let width = viewport.width + AXIS.0 + 2.0 * RIM;
-    let height = viewport.height + AXIS.1 + 2.0 * RIM + TITLE + WORDS;
+    let more = if scene.things.is_empty() { 0.0 } else { LINE };
+    let height = viewport.height + AXIS.1 + 2.0 * RIM + TITLE + WORDS + more;
     let plan = on_axes(&viewport, inside, (RIM, RIM + TITLE));
     let below = RIM + TITLE + viewport.height + AXIS.1 + 18.0;
     let noun = if people.len() == 1 { "person" } else { "people" };
@@ -84,16 +91,18 @@ pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
     let heading = text((RIM, RIM + 20.0), "h1", heading);
     let bare = area(map, &scene.bare, BARE.0, BARE.1);
     let definitions = Definitions::new().add(definition(map, MAP_ID)).add(bare);
-    let words = lines(scene.description, (RIM + AXIS.0, below));
+    let words = lines(scene, (RIM + AXIS.0, below));
     file(&document(name, (width, height), definitions).add(heading).add(plan).add(words))
 }
 
+const LEGEND_OF_THINGS: &str = "Ochre: things on no map, dashed if they come, go or are pushed. White, dotted: walls of the map that are gone.";
 const LEGEND: [&str; 2] = [
     "Ring: start. Star: goal. Dashed: shortest path. Discs: people at the start, with 0.8 s of their way.",
     "Thin lines: their routes. Blue: free, with no landmark within the laser's range.",
 ];
 
-fn lines(description: &str, (left, top): (f64, f64)) -> Group {
-    let words = std::iter::once(description).chain(LEGEND).enumerate();
-    words.fold(Group::new(), |group, (i, line)| group.add(text((left, top + 16.0 * i as f64), "s", line)))
+fn lines(scene: &SceneSketch<'_>, (left, top): (f64, f64)) -> Group {
+    let of_things = (!scene.things.is_empty()).then_some(LEGEND_OF_THINGS);
+    let words = std::iter::once(scene.description).chain(LEGEND).chain(of_things).enumerate();
+    words.fold(Group::new(), |group, (i, line)| group.add(text((left, top + LINE * i as f64), "s", line)))
 }

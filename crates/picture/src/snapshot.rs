@@ -7,6 +7,7 @@ use super::palette::{BELIEF, INK, TRUTH, cost_colour};
 use super::run::Run;
 use super::snapshots::Snapshot;
 use super::symbols::{badge, covariance_ellipse, crowds, goal, path, person, robot, text};
+use super::thing::things;
 use super::trace_columns::TraceColumns;
 use super::viewport::Viewport;
 use curionav_schemas::{Action, CandidateSet, CycleReport, words};
@@ -33,6 +34,7 @@ pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>
     let inside = pane(side, side)
         .add(rectangle(side, side, "#fff"))
         .add(map_layer(run.map, MAP_ID, &viewport))
+        .add(things(&viewport, run.things))
         .add(crowds(&viewport, &report.crowds))
         .add(goal(&viewport, run.goal, run.goal_tolerance))
         .add(candidates(report, &viewport))

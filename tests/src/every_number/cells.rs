@@ -81,7 +81,9 @@ pub(super) fn assert_names(error: &FieldError, text: &str, path: &str, value: f6
     // What lies in its range may disagree with another number of the same table, which is then the one named.
     let table = |path: &str| path.rsplit_once('.').map(|(table, _)| table.to_owned());
     let disagrees = path.starts_with(&error.field) || table(&error.field) == table(path);
-    let same = error.field == path || disagrees && !VALUES[1..].contains(&value);
+    // A polygon that is convex no more is at fault as a whole.
+    let is_corner = error.field.ends_with("corners") && path.starts_with(&error.field);
+    let same = error.field == path || is_corner || disagrees && !VALUES[1..].contains(&value);
     assert!(same, "{path} = {value}: `{error}` names another field");
 }
 
@@ -115,9 +117,10 @@ pub(super) fn assert_complete(document: &toml::Table, read: &dyn Fn(&str) -> Opt
         let Some((_, known)) = error.problem.split_once("expected") else { continue };
         looked_at += 1;
         for name in known.split('`').skip(1).step_by(2) {
-            // A footprint is a disc or a polygon; parameters of localiser, tracker and planner are documents of their
-            // own.
+            // A footprint is a disc or a polygon, and a thing is that or a box; parameters of localiser, tracker and
+            // planner are documents of their own.
             let is_elsewhere = match name {
+                "radius" | "size" | "corners" if path.starts_with("world.objects") => true,
                 "vertices" | "radius" => path.ends_with("footprint"),
                 "localizer" | "tracker" | "profile" => path.is_empty(),
                 _ => false,

@@ -32,6 +32,42 @@ range_max = 5.0
 range_sigma = 0.03
 [laser_faults]
 silent_share = 0.02
+noise_m = 0.01
+moved = [0.01, 0.0, 0.0]
+late_s = 0.1
+[world]
+openings = [{ corners = [[0.0, 0.0], [0.2, 0.0], [0.2, 0.2]] }]
+[[world.objects]]
+at = [5.4, 0.6, 0.3]
+size = [0.4, 0.2]
+from_s = 0.1
+until_s = 40.0
+route = []
+speed = 0.5
+low = true
+glass = 0.0
+[[world.objects]]
+at = [5.0, 0.6, 0.3]
+radius = 0.1
+from_s = 0.0
+until_s = 40.0
+route = [[5.4, 0.6]]
+speed = 0.5
+low = false
+glass = 0.0
+[[world.objects]]
+at = [5.0, 0.6, 0.0]
+corners = [[0.0, 0.0], [0.2, 0.0], [0.0, 0.2]]
+from_s = 0.0
+until_s = 40.0
+route = []
+speed = 0.5
+low = false
+glass = 0.8
+[[world.events]]
+at_s = 0.3
+laser = { silent_share = 0.0, noise_m = 0.0, moved = [0.0, 0.0, 0.0], late_s = 0.0 }
+carried_to = [1.0, 1.0, 0.0]
 [odometry_noise]
 position_per_metre = 0.004
 position_per_radian = 0.0001

@@ -46,7 +46,7 @@ fn every_seed_has_the_people_that_were_asked_for_where_they_have_room() {
     let robot = &scenario.robot;
     for seed in 0..30 {
         let drawn = populated(&scenario, &map, seed).unwrap();
-        drawn.check_on(&map).unwrap();
+        drawn.check_on(&map, &map).unwrap();
         assert_eq!(drawn.walkers.len(), 1 + 25 + 11, "seed {seed}");
         for walker in &drawn.walkers[1..26] {
             assert_eq!((walker.mode, walker.route.len()), (WalkMode::BackAndForth, 3), "seed {seed}");

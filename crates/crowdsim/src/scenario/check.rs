@@ -9,9 +9,10 @@ use curionav_planning::parameters::FieldError;
 use super::{Scenario, WalkMode, Walker};
 
 impl Scenario {
-    /// Whether the scenario fits its map: start and goal clear of walls and connected by a way as wide
-    /// as the robot, walkers' routes clear of walls. The first fault names its field and the mend.
-    pub fn check_on(&self, map: &StaticMap) -> Result<(), FieldError> {
+    /// Whether the scenario fits its map, and the `floor` as it is at the start: start and goal are clear of walls and
+    /// connected by a way as wide as the robot, the start is clear of things, and walkers' routes touch neither. The
+    /// first fault names its field and the mend.
+    pub fn check_on(&self, map: &StaticMap, floor: &StaticMap) -> Result<(), FieldError> {
         let radius = self.robot.model.radius();
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
@@ -20,8 +21,18 @@ impl Scenario {
             let mend = "move the goal or the start, or widen the passage between them";
             return Err(FieldError::new("robot.goal", problem, mend));
         }
+        robot_fits(floor, "robot.start", self.robot.start.position(), radius)?;
+        for (i, event) in self.world.events.iter().enumerate() {
+            if let Some(place) = event.place() {
+                robot_fits(floor, &format!("world.events[{i}].carried_to"), place.position(), radius)?;
+            }
+        }
+        for (i, object) in self.world.objects.iter().enumerate() {
+            let fits = object.walker().map_or(Ok(()), |walker| walker_fits(map, "", &walker, 0.0));
+            fits.map_err(|e| FieldError { field: format!("world.objects[{i}].route"), ..e })?;
+        }
         for (i, walker) in self.walkers.iter().enumerate() {
-            walker_fits(map, &format!("walkers[{i}]"), walker, self.people.radius)?;
+            walker_fits(floor, &format!("walkers[{i}]"), walker, self.people.radius)?;
         }
         Ok(())
     }
@@ -92,7 +103,7 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     }
     let clearance = map.to_obstacle.clearance(&map.grid, p);
     if clearance < radius {
-        let problem = format!("({}, {}) is {clearance:.2} m from a wall or unknown space", p.x, p.y);
+        let problem = format!("({}, {}) is {clearance:.2} m from a wall, a thing or unknown space", p.x, p.y);
         return Err(FieldError::new(field, problem, format!("keep the robot's radius, {radius} m, clear")));
     }
     Ok(())
@@ -149,7 +160,8 @@ fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Re
             if map.grid.at(p) != Cell::Free || map.to_obstacle.at(&map.grid, p) < radius {
                 let field = format!("{field}.route[{}]", i.min(walker.route.len() - 1));
                 let place = format!("({:.2}, {:.2})", p.x, p.y);
-                let problem = format!("the way from here touches a wall or unknown space at {place}");
+                let problem =
+                    format!("the way from here touches a wall, a thing or unknown space at {place}");
                 let mend = format!("keep the people's radius, {radius} m, clear");
                 return Err(FieldError::new(field, problem, mend));
             }
@@ -183,7 +195,8 @@ mod tests {
 
     #[test]
     fn a_fitting_scenario_passes() {
-        scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&two_rooms(20)).unwrap();
+        let rooms = two_rooms(20);
+        scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&rooms, &rooms).unwrap();
     }
 
     #[test]
@@ -209,7 +222,8 @@ mod tests {
             ("[8, 5]", "[[1, 1], [8, 1]]", 20, "walkers[0].route[0]"),
             ("[8, 5]", "[[1, 1], [1, 4], [8, 1]]", 20, "walkers[0].route[1]"),
         ] {
-            let error = scenario(goal, walker).check_on(&two_rooms(gap)).unwrap_err();
+            let rooms = two_rooms(gap);
+            let error = scenario(goal, walker).check_on(&rooms, &rooms).unwrap_err();
             assert_eq!(error.field, field, "{error}");
         }
     }

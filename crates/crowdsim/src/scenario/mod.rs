@@ -9,6 +9,7 @@ mod crowd;
 mod people;
 mod reference;
 mod validate;
+mod world_setup;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{OdometryNoise, RobotModel};
@@ -22,6 +23,7 @@ pub use people::{
     Motion, PeopleFrame, PeopleKind, PeopleParams, PeopleShape, PeopleSource, PerceivedPeople, Perception,
     Recorded, RecordingFormat, WalkMode, Walker,
 };
+pub use world_setup::{LaserFaults, WorldEvent, WorldObject, WorldSetup};
 
 curionav_planning::parameters! {
     /// One scenario. Positions are in the map frame, metres; headings in radians.
@@ -41,6 +43,9 @@ curionav_planning::parameters! {
         /// How the laser fails, in the simulator alone.
         #[serde(default, skip_serializing_if = "LaserFaults::is_none")]
         pub laser_faults: LaserFaults [table],
+        /// What really is, where the map says otherwise, and what happens.
+        #[serde(default, skip_serializing_if = "WorldSetup::is_as_mapped")]
+        pub world: WorldSetup [table],
         /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
         #[serde(default)]
         pub odometry_noise: OdometryNoise [table],
@@ -76,22 +81,6 @@ curionav_planning::parameters! {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub profile: Option<toml::Table>,
     } check Self::is_consistent
-}
-
-curionav_planning::parameters! {
-    /// How the simulated laser fails. Neither localiser nor planner is told.
-    #[derive(Copy)]
-    pub struct LaserFaults {
-        /// Share of the beams that say nothing, drawn anew for every beam of every scan.
-        pub silent_share: f64 [0.0, 1.0, "", "a share of all beams"] = 0.0,
-    }
-}
-
-impl LaserFaults {
-    /// Whether the laser is well.
-    fn is_none(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 curionav_planning::parameters! {
@@ -215,6 +204,33 @@ range_max = 6.0
 robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }
 [laser_faults]
 silent_share = 0.1
+noise_m = 0.02
+moved = [0.1, 0.0, 0.02]
+late_s = 0.2
+[world]
+openings = [{ corners = [[2.0, 0.0], [3.0, 0.0], [3.0, 1.0]] }]
+[[world.objects]]
+at = [4.0, 2.0, 0.3]
+size = [2.0, 0.4]
+from_s = 3.0
+until_s = 40.0
+low = true
+[[world.objects]]
+at = [4.0, 5.0, 0.0]
+radius = 0.2
+route = [[6.0, 5.0]]
+speed = 0.7
+[[world.objects]]
+at = [7.0, 5.0, 0.0]
+corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+glass = 0.8
+[[world.events]]
+at_s = 10.0
+laser = { silent_share = 1.0 }
+[[world.events]]
+at_s = 12.0
+carried_to = [6.0, 1.0, 3.0]
+laser = {}
 [odometry_noise]
 position_per_metre = 0.002
 [perception]

@@ -150,7 +150,7 @@ fn walkers_are_never_inside_walls() {
         for _ in 0..600 {
             world.step(Twist::default());
             let p = world.people().position(0);
-            assert!(wall_distance(&map, p) > 0.0, "seed {seed}");
+            assert!(world.around.distance(p) > 0.0, "seed {seed}");
         }
     }
     assert!(kept >= 20, "only {kept} random routes keep clear of walls");
@@ -228,7 +228,7 @@ fn people_who_avoid_see_the_robot_and_those_who_do_not() {
             let (truth, people) = (world.truth(), world.people().clone());
             least = least.min(truth.person_clearance);
             for i in 0..2 {
-                assert!(wall_distance(&world.map, people.position(i)) > 0.15);
+                assert!(world.around.distance(people.position(i)) > 0.15);
                 // the recorded walk through each other, not the walkers through them
                 let near = |j: &usize| people.position(i).distance(people.position(*j)) < 0.45;
                 assert!(!(0..people.len()).filter(|j| *j != i).any(|j| near(&j)), "{people:?}");

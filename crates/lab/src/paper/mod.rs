@@ -142,7 +142,7 @@ mod tests {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
             let scenario = Scenario::from_toml(&toml).unwrap();
             assert_eq!(scenario, scene.scenario);
-            scenario.check_on(&scene.map).unwrap();
+            scenario.check_on(&scene.map, &scene.map).unwrap();
         }
     }
 }

@@ -69,6 +69,20 @@ impl OccupancyGrid {
         if !(resolution > 0.0 && resolution.is_finite() && finite) {
             return Err(GridError::Geometry(resolution, origin));
         }
+        let grid =
+            Self { width, height, resolution, origin, turn: sin_cos(origin.heading), cells, hash: [0; 32] };
+        Ok(grid.hashed())
+    }
+
+    /// The same grid, with each cell as `change` makes it from its index and its value.
+    #[must_use]
+    pub fn changed(&self, change: impl Fn(usize, i8) -> i8) -> Self {
+        let cells = self.cells.iter().enumerate().map(|(index, cell)| change(index, *cell)).collect();
+        Self { cells, ..*self }.hashed()
+    }
+
+    fn hashed(self) -> Self {
+        let Self { width, height, resolution, origin, ref cells, .. } = self;
         let mut digest = Sha256::new();
         digest.update((width as u64).to_le_bytes());
         digest.update((height as u64).to_le_bytes());
@@ -76,8 +90,7 @@ impl OccupancyGrid {
             digest.update(number.to_le_bytes());
         }
         digest.update(cells.iter().map(|&c| c as u8).collect::<Vec<u8>>());
-        let hash = digest.finalize().into();
-        Ok(Self { width, height, resolution, origin, turn: sin_cos(origin.heading), cells, hash })
+        Self { hash: digest.finalize().into(), ..self }
     }
 
     /// Columns.

@@ -32,6 +32,14 @@ impl<T: Ranged> Ranged for Vec<T> {
     }
 }
 
+impl<T: Ranged> Ranged for Option<T> {
+    const FIELDS: &'static [Field] = T::FIELDS;
+
+    fn check(&self) -> Result<(), FieldError> {
+        self.as_ref().map_or(Ok(()), Ranged::check)
+    }
+}
+
 impl<T: Ranged> Ranged for BTreeMap<String, T> {
     const FIELDS: &'static [Field] = T::FIELDS;
 
