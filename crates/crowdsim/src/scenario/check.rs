@@ -7,6 +7,7 @@ use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::parameters::FieldError;
 
 use super::{Scenario, WalkMode, Walker};
+use crate::walls::wall_distance;
 
 impl Scenario {
     /// Whether the scenario fits its map, and the `floor` as it is at the start: start and goal are clear of walls and
@@ -16,7 +17,11 @@ impl Scenario {
         let radius = self.robot.model.radius();
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
-        if !connected(map, self.robot.start.position(), self.robot.goal, radius, |_| false) {
+        let start = self.robot.start.position();
+        // By the distances of cells a narrow way may seem closed.
+        if !connected(map, start, self.robot.goal, radius, |_| false)
+            && !passes_exactly(map, start, self.robot.goal, radius)
+        {
             let problem = format!("cannot be reached from the start by a robot of radius {radius} m");
             let mend = "move the goal or the start, or widen the passage between them";
             return Err(FieldError::new("robot.goal", problem, mend));
@@ -146,6 +151,13 @@ pub(crate) fn connected(
 ) -> bool {
     let target = map.grid.locate(to).map(|(column, row)| map.grid.index(column, row));
     target.is_some_and(|target| reachable(map, from, radius, taken)[target])
+}
+
+/// As [`connected`], by exact distances to walls.
+fn passes_exactly(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
+    let grid = &map.grid;
+    let centre = |index: usize| grid.centre(index % grid.width(), index / grid.width());
+    connected(map, from, to, 0.0, |index| wall_distance(map, centre(index)) < radius)
 }
 
 fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), FieldError> {

@@ -33,52 +33,71 @@ impl Use {
     }
 
     /// A floor plan in the rectangle from (0, 0) to its size, walled in.
-    pub(super) fn draw(self, random: &mut Rng) -> Layout {
+    pub(super) fn draw(self, random: &mut Rng) -> FloorPlan {
         let (width, depth) = match self {
             Self::Offices => (between(26.0, 34.0, random), 13.4),
             Self::Shops => (between(22.0, 28.0, random), between(18.0, 24.0, random)),
             Self::Corridors => (between(24.0, 32.0, random), between(20.0, 26.0, random)),
             Self::Void => (between(30.0, 40.0, random), between(24.0, 32.0, random)),
         };
-        let furniture = match self {
-            Self::Offices => offices(width, depth, random),
-            Self::Shops => shops(width, depth, random),
-            Self::Corridors => corridors(width, depth, random),
-            Self::Void => Vec::new(),
-        };
-        let margin = 1.0;
-        Layout {
-            outline: rectangle(0.0, 0.0, width, depth),
-            masonry: vec![rectangle(-margin, -margin, width + margin, depth + margin)],
-            furniture,
+        let mut plan = FloorPlan { width, depth, walls: Vec::new(), loose: Vec::new() };
+        match self {
+            Self::Offices => plan.offices(random),
+            Self::Shops => plan.loose = shops(width, depth, random),
+            Self::Corridors => plan.walls = corridors(width, depth, random),
+            Self::Void => {}
         }
+        plan
     }
 }
 
-/// Two rows of rooms along a corridor 2.6 m wide; every room has a door to it and perhaps a table.
-fn offices(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
-    let mut things = Vec::new();
-    let corridor = (0.5 * depth - 1.3, 0.5 * depth + 1.3);
-    for (from, to) in [(0.0, corridor.0), (corridor.1, depth)] {
-        let wall = if from == 0.0 { corridor.0 } else { corridor.1 - WALL_M };
-        let mut west = 0.0;
-        while west < width {
-            let wanted = west + between(4.0, 7.0, random);
-            let east = if width - wanted < 3.5 { width } else { wanted };
-            let door = between(west + 0.6, east - DOOR_M - 0.6, random);
-            things.push(rectangle(west, wall, door, wall + WALL_M));
-            things.push(rectangle(door + DOOR_M, wall, east, wall + WALL_M));
-            if east < width {
-                things.push(rectangle(east - 0.5 * WALL_M, from, east + 0.5 * WALL_M, to));
-            }
-            if uniform(random) < 0.6 {
-                let table = Point2::new(between(west + 1.4, east - 1.4, random), 0.5 * (from + to));
-                things.push(rectangle(table.x - 0.4, table.y - 0.7, table.x + 0.4, table.y + 0.7));
-            }
-            west = east;
+/// A floor, metres.
+#[derive(Debug, Clone)]
+pub(super) struct FloorPlan {
+    pub(super) width: f64,
+    pub(super) depth: f64,
+    /// Inner walls and blocks.
+    pub(super) walls: Vec<Polygon>,
+    /// What may be moved: tables and shelves.
+    pub(super) loose: Vec<Polygon>,
+}
+
+impl FloorPlan {
+    pub(super) fn layout(&self) -> Layout {
+        let margin = 1.0;
+        Layout {
+            outline: rectangle(0.0, 0.0, self.width, self.depth),
+            masonry: vec![rectangle(-margin, -margin, self.width + margin, self.depth + margin)],
+            furniture: [self.walls.clone(), self.loose.clone()].concat(),
         }
     }
-    things
+
+    /// Two rows of rooms along a corridor 2.6 m wide; every room has a door to it and perhaps a table.
+    fn offices(&mut self, random: &mut Rng) {
+        let Self { width, depth, walls, loose } = self;
+        let width = *width;
+        let depth = *depth;
+        let corridor = (0.5 * depth - 1.3, 0.5 * depth + 1.3);
+        for (from, to) in [(0.0, corridor.0), (corridor.1, depth)] {
+            let wall = if from == 0.0 { corridor.0 } else { corridor.1 - WALL_M };
+            let mut west = 0.0;
+            while west < width {
+                let wanted = west + between(4.0, 7.0, random);
+                let east = if width - wanted < 3.5 { width } else { wanted };
+                let door = between(west + 0.6, east - DOOR_M - 0.6, random);
+                walls.push(rectangle(west, wall, door, wall + WALL_M));
+                walls.push(rectangle(door + DOOR_M, wall, east, wall + WALL_M));
+                if east < width {
+                    walls.push(rectangle(east - 0.5 * WALL_M, from, east + 0.5 * WALL_M, to));
+                }
+                if uniform(random) < 0.6 {
+                    let table = Point2::new(between(west + 1.4, east - 1.4, random), 0.5 * (from + to));
+                    loose.push(rectangle(table.x - 0.4, table.y - 0.7, table.x + 0.4, table.y + 0.7));
+                }
+                west = east;
+            }
+        }
+    }
 }
 
 /// Rows of shelves, each with gaps, and a few baskets of goods.

@@ -7,11 +7,17 @@
 //! - `recorded`: people as they were filmed, and the robot along, against and across their flow;
 //! - `training`: floor plans, a passage and crowds that are in none of the others, for `curionav tune`.
 //!
-//! In all but `paper`, the run's seed draws the people: ten seeds are ten crowds.
+//! - `narrow`: doors and aisles by width, empty and with people;
+//! - `changed`: floors on which things have been moved, put down and closed since the map was made, and the same floors
+//!   with a map that is right (`changed-mapped`); `closed` and `reopened`: the only way is closed.
+//!
+//! In all but `paper` and `narrow`, the run's seed draws the people: ten seeds are ten crowds.
 
+mod changed;
 mod dense;
 mod files;
 mod floor_plan;
+mod narrow;
 mod open;
 mod recorded;
 mod rooms;
@@ -30,6 +36,8 @@ pub fn committed() -> anyhow::Result<(Vec<File>, Vec<String>)> {
     files.extend(rooms::generated()?);
     files.extend(recorded::files()?);
     files.extend(training::files()?);
+    files.extend(narrow::files()?);
+    files.extend(changed::files()?);
     let (published, missing) = rooms::published()?;
     files.extend(published);
     Ok((files, missing))

@@ -48,7 +48,7 @@ pub(super) fn drawn_plans(folder: &str, stream: u64, plans: u64) -> anyhow::Resu
     for (kind, purpose) in Use::ALL.into_iter().enumerate() {
         for k in 0..plans {
             let mut random = rng(stream + kind as u64, k);
-            let grid = purpose.draw(&mut random).grid(CELL_M, None)?;
+            let grid = purpose.draw(&mut random).layout().grid(CELL_M, None)?;
             let name = format!("{}-{}", purpose.name(), k + 1);
             files.extend(map_files(folder, &name, &grid)?);
             let map = StaticMap::new(grid);
@@ -90,7 +90,7 @@ pub(super) fn published() -> anyhow::Result<(Vec<File>, Vec<String>)> {
 }
 
 /// A start, a goal and a crowd; `k` decides how people move.
-fn drawn_task(
+pub(super) fn drawn_task(
     name: &str,
     map_file: &str,
     map: &StaticMap,

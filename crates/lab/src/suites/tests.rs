@@ -16,6 +16,33 @@ fn the_committed_files_are_what_the_generator_writes() {
     missing.iter().for_each(|missing| skip(missing));
 }
 
+/// The scenarios of a folder.
+fn of_folder(files: &[File], folder: &str) -> Vec<Scenario> {
+    let scenario = |(path, text): &File| {
+        let is_of = path.split('/').next() == Some(folder) && path.ends_with(".toml");
+        is_of.then(|| Scenario::from_toml(std::str::from_utf8(text).unwrap()).unwrap())
+    };
+    files.iter().filter_map(scenario).collect()
+}
+
+#[test]
+fn every_changed_floor_has_things_on_no_map_and_a_twin_whose_map_has_them() {
+    let files = changed::files().unwrap();
+    let changed = of_folder(&files, "changed");
+    let mapped = of_folder(&files, "changed-mapped");
+    assert!(changed.len() == 56 && mapped.len() == 56);
+    for (scenario, twin) in changed.iter().zip(&mapped) {
+        assert_eq!((&scenario.name, scenario.robot.goal), (&twin.name, twin.robot.goal));
+        assert_eq!(scenario.crowds.is_empty(), scenario.name.ends_with("-empty"));
+        let standing = |s: &Scenario| s.world.objects.iter().filter(|object| object.route.is_empty()).count();
+        assert!(standing(scenario) >= 2 && standing(twin) == 0, "{}", scenario.name);
+        assert!(twin.world.openings.is_empty());
+    }
+    let pushed = changed.iter().filter(|s| s.world.objects.iter().any(|object| !object.route.is_empty()));
+    assert!(pushed.count() > 20, "hardly any trolley is pushed");
+    assert_eq!((of_folder(&files, "closed").len(), of_folder(&files, "reopened").len()), (4, 4));
+}
+
 fn world(scene: &PaperScene, scenario: &Scenario, seed: u64) -> World {
     World::new(scenario, scene.map.clone(), vec![], seed).unwrap()
 }
