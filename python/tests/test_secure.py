@@ -58,3 +58,16 @@ def test_missing_and_foreign_certificates_and_plain_endpoints_are_refused_with_t
         curionav.connect(up.endpoint, secure=other, certificate="viewer", timeout=1.0)
     with pytest.raises(ConnectionFailed, match="over tls alone"):
         curionav.connect(up.endpoint.replace("tls/", "tcp/"), secure=own)
+
+
+def test_a_key_that_systemd_hands_out_is_used(up: Up, directory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine, handed = directory / "machine", directory / "handed"
+    for folder, files in ((machine, ("ca.pem", "viewer.pem")), (handed, ("viewer.key",))):
+        folder.mkdir()
+        for file in files:
+            shutil.copy(directory / "pki" / file, folder)
+    with pytest.raises(ConnectionFailed, match=r"viewer.key: is missing"):
+        curionav.connect(up.endpoint, secure=machine, certificate="viewer")
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", str(handed))
+    with curionav.connect(up.endpoint, secure=machine, certificate="viewer") as viewer:
+        assert viewer.status()

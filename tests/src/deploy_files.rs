@@ -14,6 +14,10 @@ use curionav_testing::skip;
 use serde_json::Value;
 
 use crate::end_to_end::program::{curionav, program};
+use crate::foreign_bytes::ceilings::ceilings;
+
+/// A container's limit over the ceiling of its role (docs/tuning.md): beyond the limit the kernel kills it.
+const TO_SPARE: f64 = 1.25;
 
 fn deploy(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy").join(name)
@@ -132,6 +136,7 @@ fn kubernetes_runs_every_pool_and_probes_it_where_it_answers() {
     let documents = yaml("kubernetes.yaml");
     let of_kind = |kind: &str| documents.iter().filter(|d| d["kind"] == kind).collect::<Vec<_>>();
     let service = of_kind("Service")[0]["metadata"]["name"].as_str().unwrap().to_owned();
+    let ceilings = ceilings();
     let mut roles = Vec::new();
     for deployment in [of_kind("Deployment"), of_kind("StatefulSet")].concat() {
         let pod = &deployment["spec"]["template"];
@@ -150,6 +155,9 @@ fn kubernetes_runs_every_pool_and_probes_it_where_it_answers() {
             assert_eq!(container["readinessProbe"]["httpGet"]["path"], "/readyz");
             assert_eq!(deployment["spec"]["replicas"], 2);
         }
+        let memory = container["resources"]["limits"]["memory"].as_str().unwrap();
+        let limit: f64 = memory.strip_suffix("Mi").unwrap().parse().unwrap();
+        assert!(limit >= TO_SPARE * ceilings[&command[0]], "{}: {memory}", command[0]);
         roles.push(command[0].clone());
     }
     assert_eq!(roles, ["router", "generator", "cpc", "cnc"]);

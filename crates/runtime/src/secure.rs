@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,6 +22,8 @@ const SESSIONS_MAX: usize = 1024;
 const LINKS: &str = r#"["tls"]"#;
 /// The same where a socket of the host is safe as well.
 const LINKS_ON_ONE_HOST: &str = r#"["tls", "unixsock-stream"]"#;
+/// Where systemd says in which folder the files are that `LoadCredential=` hands to a unit.
+const HANDED: &str = "CREDENTIALS_DIRECTORY";
 /// What a message may have beyond its payload.
 const ENVELOPE: usize = 64 << 10;
 
@@ -30,7 +32,8 @@ const ENVELOPE: usize = 64 << 10;
 /// # Errors
 /// None of them is in the folder, or the first that is cannot be used: with what mends it.
 pub fn certificate(folder: &Path, names: &[Name]) -> Result<Identity, SessionError> {
-    let found = Folder::new(folder);
+    let handed = std::env::var_os(HANDED).map(PathBuf::from);
+    let found = Folder::new(folder).with_keys(handed);
     let name = found.first_of(names).or_else(|| names.first().cloned());
     let name = name.ok_or_else(|| SessionError::Other("no name for a certificate".into()))?;
     found.identity(&name).map_err(|error| SessionError::Input(error.to_string()))

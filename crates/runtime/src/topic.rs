@@ -28,9 +28,12 @@ const INBOX_BYTES: usize = 4 << 20;
 pub enum Flow {
     /// Sensor data and beliefs: newest wins, dropped under pressure.
     Sensor,
-    /// Decisions and commands: first in line, sent at once, never dropped.
+    /// Decisions and commands: first in line, sent at once. They are dropped only once several wait for a link that
+    /// does not move. Then they are out of date, and waiting would hold up those for others.
     Control,
-    /// Missions and run states: not urgent, never dropped.
+    /// Missions, which are said again every second: as sensor data, behind them, and ahead of maps.
+    Mission,
+    /// States of a simulated run: not urgent, never dropped.
     State,
     /// Reports for people and recorders: last in line, dropped under pressure.
     Report,
@@ -69,13 +72,15 @@ impl<M: Message> Topic<M> {
         Ok(Self { session: session.clone(), key: declared, flow, message: PhantomData })
     }
 
-    /// Sends one message. In lockstep nothing that matters may be lost, so every flow but glimpses blocks; in real
-    /// time sensor data and reports are dropped rather than waited for.
+    /// Sends one message. In lockstep nothing that matters may be lost, so every flow but glimpses blocks. In real time
+    /// what comes again is dropped rather than waited for: a router that waits for one reader, who may have stopped
+    /// reading, takes nothing more from the sender meanwhile.
     pub fn publish(&self, message: &M, clock: Clock) {
         let realtime = clock == Clock::Realtime;
         let (priority, drops, express) = match self.flow {
             Flow::Sensor => (Priority::InteractiveHigh, realtime, true),
-            Flow::Control => (Priority::RealTime, false, true),
+            Flow::Control => (Priority::RealTime, realtime, true),
+            Flow::Mission => (Priority::DataHigh, realtime, false),
             Flow::State => (Priority::Data, false, false),
             Flow::Report => (Priority::DataLow, realtime, false),
             Flow::Glimpse => (Priority::DataLow, true, false),

@@ -60,12 +60,27 @@ pub struct Identity {
 #[derive(Debug, Clone)]
 pub struct Folder {
     directory: PathBuf,
+    /// Where a program's own keys are, if they are not beside the certificates.
+    keys: Option<PathBuf>,
 }
 
 impl Folder {
     /// The folder, whether it is there or not.
     pub fn new(directory: &Path) -> Self {
-        Self { directory: directory.to_owned() }
+        Self { directory: directory.to_owned(), keys: None }
+    }
+
+    /// The same, with keys in a folder of their own, such as the one in which systemd hands a service its key. Keys are
+    /// never renewed, so a copy of a key stays good; a copy of a certificate does not. What is not in `keys` is looked
+    /// for beside the certificates.
+    #[must_use]
+    pub fn with_keys(self, keys: Option<PathBuf>) -> Self {
+        Self { keys, ..self }
+    }
+
+    fn key(&self, stem: &str) -> PathBuf {
+        let handed = self.keys.iter().map(|keys| keys.join(format!("{stem}.key"))).find(|key| key.exists());
+        handed.unwrap_or_else(|| self.path(stem, "key"))
     }
 
     fn path(&self, stem: &str, extension: &str) -> PathBuf {
@@ -223,12 +238,13 @@ impl Folder {
             let mend = format!("renew it where the authority's key is: {renew}");
             return Err(FolderError::Expired { path, name: name_in_it, when, mend });
         }
-        self.text(&stem, "key", "copy it from where it was issued")?;
+        let key = self.key(&stem);
+        self.read_text(&key, "copy it from where it was issued")?;
         Ok(Identity {
             name: name.clone(),
             authority: self.path(CA, "pem"),
             certificate: self.path(&stem, "pem"),
-            key: self.path(&stem, "key"),
+            key,
             until: certificate.until(),
         })
     }
@@ -274,12 +290,15 @@ impl Folder {
     }
 
     fn text(&self, stem: &str, extension: &str, mend: &str) -> Result<String, FolderError> {
-        let path = self.path(stem, extension);
-        match fs::read_to_string(&path) {
+        self.read_text(&self.path(stem, extension), mend)
+    }
+
+    fn read_text(&self, path: &Path, mend: &str) -> Result<String, FolderError> {
+        match fs::read_to_string(path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 Err(FolderError::Missing { path: path.display().to_string(), mend: mend.into() })
             }
-            read => read.map_err(|error| self.file(&path, &error)),
+            read => read.map_err(|error| self.file(path, &error)),
         }
     }
 

@@ -51,8 +51,10 @@ class Identity:
 
     @property
     def key(self) -> Path:
-        """Its key."""
-        return self.folder / f"{self.name}.key"
+        """Its key: the one that systemd has handed to the unit (``LoadCredential=``), or else that in the folder."""
+        file = f"{self.name}.key"
+        handed = Path(os.environ.get("CREDENTIALS_DIRECTORY", self.folder)) / file
+        return handed if handed.is_file() else self.folder / file
 
     def settings(self) -> dict[str, str]:
         """Zenoh's settings, as JSON by path: links over TLS alone, with certificates of both sides."""

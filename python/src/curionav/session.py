@@ -40,7 +40,7 @@ _CONFIGURATION = """{
   transport: {
     unicast: { open_timeout: 1000 },
     link: {
-      tx: { lease: 1000, keep_alive: 4, queue: { size: { interactive_low: 16 }, congestion_control: {
+      tx: { lease: 1000, keep_alive: 4, queue: { size: { real_time: 8, interactive_low: 16 }, congestion_control: {
         block: { wait_before_close: 500000 },
         drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
       rx: { max_message_size: 67174400 },

@@ -42,7 +42,7 @@ impl MissionKeys {
         base: Base,
         changed: watch::Sender<Option<Arc<Mission>>>,
     ) -> anyhow::Result<Self> {
-        let published = Topic::new(session, &keys::robot(robot, "mission")?, Flow::State)?;
+        let published = Topic::new(session, &keys::robot(robot, "mission")?, Flow::Mission)?;
         let (publish, woken) = sync_channel(1);
         let newest = changed.subscribe();
         // A publication may wait for a slow network: on a thread of its own, where it holds up neither a change nor a

@@ -231,14 +231,18 @@ pub(crate) fn ready_line(output: ChildStdout) -> Result<String, String> {
 
 /// Starts the program and waits for the line in which it says that it is ready.
 fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
-    let mut child = command(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    serving_by(command(arguments))
+}
+
+fn serving_by<R: DeserializeOwned>(mut command: Command) -> (Child, R) {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let line = ready_line(child.stdout.take().unwrap());
     match line.and_then(|line| serde_json::from_str(&line).map_err(|e| format!("{e}: `{line}`"))) {
         Ok(ready) => (child, ready),
         Err(reason) => {
             let _ = child.kill();
             let _ = child.wait();
-            panic!("{arguments:?}: {reason}");
+            panic!("{command:?}: {reason}");
         }
     }
 }
@@ -339,8 +343,17 @@ struct OneJson {
 impl Serving {
     /// Starts it and waits until it serves.
     pub(super) fn start(arguments: &[&str]) -> Self {
-        let (child, ready) = serving(arguments);
+        Self::start_by(command(arguments))
+    }
+
+    /// The same by a command that was made with [`command`].
+    pub(super) fn start_by(command: Command) -> Self {
+        let (child, ready) = serving_by(command);
         Self { child, ready }
+    }
+
+    pub(super) fn pid(&self) -> u32 {
+        self.child.id()
     }
 
     /// Where a router listens.

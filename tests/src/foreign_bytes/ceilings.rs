@@ -25,7 +25,7 @@ const QUICK: &str = "scenarios/quickstart.toml";
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The ceiling of each role, MiB, as the document for operators states it.
-fn ceilings() -> BTreeMap<String, f64> {
+pub(crate) fn ceilings() -> BTreeMap<String, f64> {
     let text = std::fs::read_to_string(root().join("docs/tuning.md")).unwrap();
     let table = text.split("| role | ceiling |").nth(1).expect("docs/tuning.md has the table of ceilings");
     let row = |line: &str| {

@@ -48,6 +48,7 @@ use zenoh_protocol::{
 use zenoh_result::{zerror, ZResult};
 
 use crate::{
+    handshakes::{Failure, Handshakes},
     utils::{get_tls_addr, get_tls_host, get_tls_server_name, TlsClientConfig, TlsServerConfig},
     TLS_ACCEPT_THROTTLE_TIME, TLS_DEFAULT_MTU, TLS_LINGER_TIMEOUT, TLS_LOCATOR_PREFIX,
 };
@@ -534,16 +535,15 @@ async fn accept_task(
         e
     })?;
 
-    let mut listener = tls_listener::builder(acceptor)
-        .handshake_timeout(tls_handshake_timeout)
-        .listen(socket);
+    // curionav: so many handshakes per address, each for two seconds at most.
+    let mut handshakes = Handshakes::new(socket, acceptor, tls_handshake_timeout);
 
     tracing::trace!("Ready to accept TLS connections on: {:?}", src_addr);
     loop {
         tokio::select! {
             _ = token.cancelled() => break,
 
-            res = listener.accept() => {
+            res = handshakes.next() => {
                 match res {
                     Ok((tls_stream, dst_addr)) => {
                         let (tcp_stream, tls_conn) = tls_stream.get_ref();
@@ -614,10 +614,10 @@ async fn accept_task(
                         }
                     }
                     // curionav: a handshake that has failed is the stranger's, and no reason to keep others waiting.
-                    Err(e) if !matches!(e, tls_listener::Error::ListenerError(_)) => {
+                    Err(Failure::Handshake(e)) => {
                         tracing::debug!("TLS handshake failed: {}", e);
                     }
-                    Err(e) => {
+                    Err(Failure::Listener(e)) => {
                         tracing::warn!("{}. Hint: increase the system open file limit.", e);
                         // Throttle the accept loop upon an error
                         // NOTE: This might be due to various factors. However, the most common case is that
