@@ -75,21 +75,24 @@ def ask(session: zenoh.Session, key: str, question: Message) -> zenoh.Reply:
     return next(iter(session.get(key, payload=question.encode(), encoding=question.encoding())))
 
 
-def test_a_base_grants_pauses_and_admits(session: zenoh.Session) -> None:
+def test_a_base_grants_pauses_and_admits(session: zenoh.Session, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", "curionav.base")
     lease = BaseLease(session, "r1")
     key = "curionav/@v1/robot/r1"
-    reply = ask(session, f"{key}/lease/request", wish("a", 0, "hold"))
+    reply = ask(session, f"{key}/lease/request/driver.r1.a", wish("a", 0, "hold"))
     assert reply.ok is not None
     number = Lease.decode(reply.ok.payload.to_bytes()).lease
-    refused = ask(session, f"{key}/lease/request", wish("b", 0, "hold"))
+    nobody = ask(session, f"{key}/lease/request/*", wish("a", number, "release"))
+    assert nobody.err is not None and b"wrong_commander" in nobody.err.payload.to_bytes()
+    refused = ask(session, f"{key}/lease/request/driver.r1.b", wish("b", 0, "hold"))
     assert refused.ok is None and refused.err is not None
     twist = Twist.decode(golden("twist"))
     assert not lease.admits(twist) and lease.foreign == 1
     assert lease.admits(replace(twist, lease=number))
     # A driver that does not answer: the base obeys, and the client is told that this is not enough.
     with pytest.raises(NoAnswer, match="the driver that holds its lease"):
-        pause(session, "r1", True, 0.5)
-    assert lease.paused
+        pause(session, "r1", "operator", True, 0.5)
+    assert lease.paused and "operator: pause" in caplog.text
 
     def obey(query: zenoh.Query) -> None:
         assert query.payload is not None
@@ -97,8 +100,8 @@ def test_a_base_grants_pauses_and_admits(session: zenoh.Session) -> None:
         reply = PauseReply(role="driver", instance="a", lease=number, paused=paused)
         query.reply(query.key_expr, reply.encode(), encoding=reply.encoding())
 
-    answered = session.declare_queryable(f"{key}/pause", obey)
-    pause(session, "r1", False, 2.0)
+    answered = session.declare_queryable(f"{key}/pause/*", obey)
+    pause(session, "r1", "operator", False, 2.0)
     assert not lease.paused
     answered.undeclare()
     lease.close()
@@ -108,17 +111,17 @@ def test_a_base_grants_pauses_and_admits(session: zenoh.Session) -> None:
 def test_a_command_counts_only_if_the_driver_that_holds_the_lease_obeys(session: zenoh.Session) -> None:
     lease = BaseLease(session, "r1")
     with pytest.raises(Rejected, match="not let this driver drive"):
-        command(session, "r1", Cancel(), 1.0)
-    ask(session, "curionav/@v1/robot/r1/lease/request", wish("a", 0, "hold"))
+        command(session, "r1", "operator", Cancel(), 1.0)
+    ask(session, "curionav/@v1/robot/r1/lease/request/driver.r1.a", wish("a", 0, "hold"))
     mission = Mission.decode(golden("mission"))
     idle = session.declare_queryable(
-        "curionav/@v1/robot/r1/mission/command",
+        "curionav/@v1/robot/r1/mission/command/*",
         lambda query: query.reply(query.key_expr, mission.encode(), encoding=mission.encoding()),
     )
     began = time.monotonic()
     # That of another driver, which has the lease 17.
     with pytest.raises(NoAnswer):
-        command(session, "r1", Cancel(), 1.0)
+        command(session, "r1", "operator", Cancel(), 1.0)
     assert time.monotonic() - began < 5.0
     idle.undeclare()
     lease.close()

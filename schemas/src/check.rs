@@ -229,6 +229,7 @@ checks! { Refusal {
     OutOfRange { found: number, least: number, most: number }
     NotPositive { found: number }
     UnreachableGoal { x: number, y: number }
+    NoRoomAtGoal { x: number, y: number, room: number, radius: number }
     WrongEncoding { found: text, expected: text }
     UnknownName { found: text, known: list(MAX_LIST, text) }
     NoReplica { term: id, detail: text }

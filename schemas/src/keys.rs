@@ -4,7 +4,7 @@
 //! match it by accident. Every function that takes names fails if one is not [allowed](check_id).
 
 use crate::map::MapId;
-pub use crate::names::{KeyError, check_id};
+pub use crate::names::{KeyError, check_id, check_identity};
 
 /// What every key begins with.
 pub const ROOT: &str = "curionav/@v1";
@@ -15,24 +15,51 @@ fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
 }
 
 /// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`,
-/// `memory`, `particles`, `lease`, `pause`.
+/// `memory`, `particles`, `lease`.
 pub fn robot(robot: &str, stream: &str) -> Result<String, KeyError> {
     key("robot", [robot, stream])
 }
 
-/// Where the driver takes commands about a robot's mission.
-pub fn mission_command(name: &str) -> Result<String, KeyError> {
-    Ok(format!("{}/command", robot(name, "mission")?))
+/// What a robot is commanded to do: each kind has a key of its own, whose last chunk says who commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Commanded {
+    /// The driver, about the mission.
+    Mission,
+    /// The base and every driver, to pause or to go on.
+    Pause,
+    /// The base, by drivers that wish to drive.
+    Lease,
+}
+
+impl Commanded {
+    /// Where commands come in from everyone.
+    pub fn from_all(self, robot: &str) -> Result<String, KeyError> {
+        Ok(format!("{}/*", self.of(robot)?))
+    }
+
+    /// Where `by` commands.
+    pub fn by(self, robot: &str, by: &str) -> Result<String, KeyError> {
+        check_identity(by)?;
+        Ok(format!("{}/{by}", self.of(robot)?))
+    }
+
+    fn of(self, name: &str) -> Result<String, KeyError> {
+        match self {
+            Self::Mission => Ok(format!("{}/command", robot(name, "mission")?)),
+            Self::Pause => robot(name, "pause"),
+            Self::Lease => Ok(format!("{}/request", robot(name, "lease")?)),
+        }
+    }
+}
+
+/// Who commands, as the last chunk of a command's key says; nothing if that is no name.
+pub fn commander(key: &str) -> Option<&str> {
+    key.rsplit_once('/').map(|(_, by)| by).filter(|by| check_identity(by).is_ok())
 }
 
 /// Where services tell the driver whether they are ready for a robot's mission.
 pub fn mission_ready(name: &str) -> Result<String, KeyError> {
     Ok(format!("{}/ready", robot(name, "mission")?))
-}
-
-/// Where the base of a robot takes the wishes of drivers to drive it.
-pub fn lease_request(name: &str) -> Result<String, KeyError> {
-    Ok(format!("{}/request", robot(name, "lease")?))
 }
 
 /// The same stream of every robot.
@@ -144,7 +171,17 @@ mod tests {
         assert_eq!(robot("r1", "scan").unwrap(), "curionav/@v1/robot/r1/scan");
         assert_eq!(every_robot("report").unwrap(), "curionav/@v1/robot/*/report");
         assert_eq!(every_live_of("cpc").unwrap(), "curionav/@v1/live/cpc/*");
-        assert_eq!(mission_command("r1").unwrap(), "curionav/@v1/robot/r1/mission/command");
+        let operator = "operator.ward3";
+        assert_eq!(
+            Commanded::Mission.by("r1", operator).unwrap(),
+            "curionav/@v1/robot/r1/mission/command/operator.ward3"
+        );
+        assert_eq!(Commanded::Mission.from_all("r1").unwrap(), "curionav/@v1/robot/r1/mission/command/*");
+        assert_eq!(
+            Commanded::Pause.by("r1", operator).unwrap(),
+            "curionav/@v1/robot/r1/pause/operator.ward3"
+        );
+        assert_eq!(Commanded::Lease.from_all("r1").unwrap(), "curionav/@v1/robot/r1/lease/request/*");
         assert_eq!(mission_ready("r1").unwrap(), "curionav/@v1/robot/r1/mission/ready");
         assert_eq!(question("generator", "g-0", "r1").unwrap(), "curionav/@v1/generate/g-0/r1");
         assert_eq!(question("cpc", "a", "r1").unwrap(), "curionav/@v1/evaluate/cpc/a/r1");
@@ -172,6 +209,28 @@ mod tests {
         for key in [&questions("cpc", "a").unwrap(), "curionav/@v1/evaluate/cpc/a/**", "curionav/@v1/x/R", ""]
         {
             assert_eq!(asker(key), None, "{key}");
+        }
+    }
+
+    #[test]
+    fn a_command_names_who_gives_it_or_is_of_nobody() {
+        let key = Commanded::Pause.by("r1", "simulator.w.r1.a").unwrap();
+        assert_eq!(commander(&key), Some("simulator.w.r1.a"));
+        let long = format!("x/{}", "a".repeat(65));
+        for key in [
+            &Commanded::Pause.from_all("r1").unwrap(),
+            "x/a..b",
+            "x/.",
+            "x/a.",
+            "x/\u{1b}[0m",
+            "a",
+            "",
+            &long,
+        ] {
+            assert_eq!(commander(key), None, "{key}");
+        }
+        for by in ["", "a b", "a/b", "*", "a.b.c.d.e", "A"] {
+            assert!(Commanded::Mission.by("r1", by).is_err(), "{by:?}");
         }
     }
 

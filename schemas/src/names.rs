@@ -21,3 +21,19 @@ pub fn check_id(name: &str) -> Result<(), KeyError> {
     }
     Err(KeyError { name: name.chars().take(MAX_ID).collect() })
 }
+
+/// The parts of the longest identity: role, world, robot and instance.
+const IDENTITY_PARTS: usize = 4;
+
+/// Checks an identity: the name of a certificate, such as `operator.ward3`, which is names with dots between them.
+///
+/// # Errors
+/// A part of it is no [name](check_id), or it has more than four.
+pub fn check_identity(identity: &str) -> Result<(), KeyError> {
+    let parts: Vec<&str> = identity.split('.').take(IDENTITY_PARTS + 1).collect();
+    parts.iter().try_for_each(|part| check_id(part))?;
+    if parts.len() > IDENTITY_PARTS {
+        return Err(KeyError { name: identity.chars().take(MAX_ID).collect() });
+    }
+    Ok(())
+}

@@ -87,8 +87,13 @@ pub enum Refusal {
     UnexpectedPayload,
     /// The last chunk of a question's key is not a plain name, so it is not the name of the robot that asks.
     WrongRobot,
+    /// The last chunk of a command's key is not the name of who commands.
+    WrongCommander,
     /// The goal, m in the map frame, cannot be reached from the start.
     UnreachableGoal { x: f64, y: f64 },
+    /// Nowhere within the goal's tolerance there is room for the robot on its map: the most room that there is, m, is
+    /// less than the robot's radius, m.
+    NoRoomAtGoal { x: f64, y: f64, room: f64, radius: f64 },
     /// What was served as this map has another content.
     WrongMap,
     /// A parameter or file has a value that it may not have: what is wrong and what would be right.

@@ -9,7 +9,10 @@ use curionav_runtime::exit::Exit;
 use curionav_runtime::process::default_endpoint;
 use curionav_runtime::secure;
 use curionav_runtime::session;
-use curionav_security::name::Name;
+use curionav_schemas::ServiceStatus;
+use curionav_schemas::keys::check_id;
+use curionav_security::folder::Folder;
+use curionav_security::name::{ALL_ROBOTS, Name, NameError};
 use curionav_security::table::Verb;
 use zenoh::Session;
 
@@ -21,6 +24,46 @@ pub(crate) const OPERATES: [&str; 2] = ["operator", "experimenter"];
 pub(crate) const EXAMINES: [&str; 1] = ["operator"];
 /// Those that suffice for running a scenario.
 pub(crate) const EXPERIMENTS: [&str; 1] = ["experimenter"];
+
+/// The certificates of a folder that a command about `robot` may show, the one with the fewest rights first: those that
+/// list the robot, then those for the whole deployment. One that lists other robots is better than none, as it says so.
+fn names(folder: &Folder, suffice: &[&str], robot: Option<&str>) -> Result<Vec<Name>, NameError> {
+    let listing = suffice.iter().flat_map(|role| folder.that_list_robots(role));
+    let (mut names, others): (Vec<Name>, Vec<Name>) =
+        listing.partition(|name| robot.is_some_and(|robot| !name.leaves_out(robot)));
+    for role in suffice {
+        names.push(role.parse()?);
+    }
+    names.extend(others);
+    Ok(names)
+}
+
+/// The name of the certificate that a program with this configuration shows.
+fn shown(config: &ServiceConfig) -> Option<Name> {
+    config.secure.as_ref().and_then(|folder| secure::shown(folder, &config.certificates))
+}
+
+/// The robots that the certificate of this configuration is for; none if it is for the whole deployment.
+pub(crate) fn robots_of(config: &ServiceConfig) -> Vec<String> {
+    let listed = shown(config).map_or(Vec::new(), |name| name.robots().to_vec());
+    if listed == [ALL_ROBOTS] { Vec::new() } else { listed }
+}
+
+/// Whether a service is one of these robots', or of no robot, or if none are listed.
+pub(crate) fn is_of(status: Option<&ServiceStatus>, listed: &[String]) -> bool {
+    let robot = status.and_then(|status| status.robot.as_ref());
+    listed.is_empty() || robot.is_none_or(|robot| listed.contains(robot))
+}
+
+/// The name under which a program with this configuration commands: that of its certificate. Without one it says that
+/// it is `role`, and who has started it.
+pub(crate) fn commands_as(config: &ServiceConfig, role: &str) -> String {
+    if let Some(name) = shown(config) {
+        return name.to_string();
+    }
+    let user = std::env::var("USER").ok().filter(|user| check_id(user).is_ok());
+    user.map_or_else(|| role.to_owned(), |user| format!("{role}.{user}"))
+}
 
 /// Where the deployment is.
 #[derive(Debug, Clone, Default, Args)]
@@ -41,8 +84,8 @@ pub(crate) struct ConnectOptions {
 }
 
 impl ConnectOptions {
-    /// With a certificate of one of these names, if it is to be secure.
-    pub(crate) fn config(&self, suffice: &[&str]) -> Result<ServiceConfig, Exit> {
+    /// With a certificate of one of these roles, if it is to be secure: for `robot`, if it is about one.
+    pub(crate) fn config(&self, suffice: &[&str], robot: Option<&str>) -> Result<ServiceConfig, Exit> {
         let mut config = ServiceConfig {
             connect: self.connect.iter().cloned().collect(),
             namespace: self.namespace.clone(),
@@ -55,11 +98,7 @@ impl ConnectOptions {
         if let Some(folder) = &self.secure {
             config.certificates = match &self.certificate {
                 Some(name) => vec![name.clone()],
-                None => suffice
-                    .iter()
-                    .map(|name| name.parse())
-                    .collect::<Result<_, _>>()
-                    .map_err(Exit::bad_input)?,
+                None => names(&Folder::new(folder), suffice, robot).map_err(Exit::bad_input)?,
             };
             secure::check(folder, &config.certificates).map_err(Exit::bad_input)?;
         }
@@ -67,14 +106,19 @@ impl ConnectOptions {
         Ok(config)
     }
 
-    pub(crate) async fn session(&self, suffice: &[&str]) -> Result<Session, Exit> {
-        session::client(&self.config(suffice)?).await.map_err(Exit::from)
+    pub(crate) async fn session(&self, suffice: &[&str], robot: Option<&str>) -> Result<Session, Exit> {
+        session::client(&self.config(suffice, robot)?).await.map_err(Exit::from)
     }
 
-    /// Fails if the certificate to be shown does not allow this: the router would only be silent.
-    pub(crate) fn require(&self, suffice: &[&str], verb: Verb, key: &str) -> Result<(), Exit> {
-        let config = self.config(suffice)?;
-        let shown = config.secure.as_ref().and_then(|folder| secure::shown(folder, &config.certificates));
+    /// Fails if the certificate that `config` shows does not allow this: the router would only be silent.
+    pub(crate) fn require(
+        &self,
+        config: &ServiceConfig,
+        suffice: &[&str],
+        verb: Verb,
+        key: &str,
+    ) -> Result<(), Exit> {
+        let shown = shown(config);
         let namespace = self.namespace.as_deref();
         let whole = namespace.map_or_else(|| key.to_owned(), |namespace| format!("{namespace}/{key}"));
         match shown {

@@ -81,7 +81,7 @@ impl Denied {
             .map(|&verb| {
                 let rights = name.rights().filter(|right| right.verb == verb);
                 let keys: Vec<String> =
-                    rights.flat_map(|right| right.keys).map(|key| name.fill(key)).collect();
+                    rights.flat_map(|right| right.keys).flat_map(|key| name.fill(key)).collect();
                 let keys = if keys.is_empty() { "nothing".to_owned() } else { keys.join(", ") };
                 format!("{} {keys}", verb.word())
             })

@@ -74,7 +74,7 @@ fn main() -> std::process::ExitCode {
         return finish(about::show());
     }
     let arguments = Arguments::parse();
-    curionav_runtime::telemetry::init(&arguments.log);
+    curionav_runtime::telemetry::init(&arguments.log, matches!(arguments.command, Command::Service(_)));
     match &arguments.command {
         Command::Router(_) => environment::provide(Links::OfRouter),
         Command::Service(_) => environment::provide(Links::OfClient),

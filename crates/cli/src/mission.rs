@@ -4,18 +4,18 @@ use std::time::Duration;
 
 use anyhow::{Error, anyhow};
 use clap::{Args, Subcommand};
-use curionav_runtime::command::{command_to_holder, pause};
+use curionav_runtime::command::Commander;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
 use curionav_runtime::query::AskError;
 use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
-use curionav_schemas::keys::KeyError;
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{Mission, MissionCommand, Odometry, keys};
 use curionav_security::table::Verb;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, OPERATES};
+use crate::connect::{ConnectOptions, OPERATES, commands_as};
 use crate::goal;
 
 const TIMEOUT: Duration = Duration::from_secs(3);
@@ -75,18 +75,24 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     }
 }
 
-/// A session that may ask `key` of the robot.
-async fn session_for(options: &RobotOptions, key: Result<String, KeyError>) -> Result<Session, Exit> {
-    let key = key.map_err(|e| Exit::bad_input(Error::from(e).context("robot")))?;
-    options.at.require(&OPERATES, Verb::Ask, &key)?;
-    options.at.session(&OPERATES).await
+/// A session over which this kind of command may be given to the robot, and the one who gives it.
+async fn commander(options: &RobotOptions, kind: Commanded) -> Result<(Session, Commander), Exit> {
+    let RobotOptions { robot, at } = options;
+    keys::check_id(robot).map_err(|error| Exit::bad_input(Error::from(error).context("robot")))?;
+    let config = at.config(&OPERATES, Some(robot))?;
+    let by = commands_as(&config, "operator");
+    let key = kind.by(robot, &by).map_err(Exit::bad_input)?;
+    at.require(&config, &OPERATES, Verb::Ask, &key)?;
+    let session = session::client(&config).await?;
+    let commander = Commander::new(&session, robot, &by);
+    Ok((session, commander))
 }
 
 /// Gives a command to the driver that drives the robot.
 async fn command(options: &RobotOptions, command: &MissionCommand) -> Result<u8, Exit> {
     let robot = &options.robot;
-    let session = session_for(options, keys::mission_command(robot)).await?;
-    let mut answer = command_to_holder(&session, robot, command, TIMEOUT).await;
+    let (session, commander) = commander(options, Commanded::Mission).await?;
+    let mut answer = commander.command_to_holder(command, TIMEOUT).await;
     if let (MissionCommand::Goal { .. }, Ok(mission)) = (command, &answer) {
         answer = Ok(goal::settled(&session, mission.clone()).await);
     }
@@ -112,20 +118,20 @@ enum Halt {
 
 async fn halt(options: &RobotOptions, halt: Halt) -> Result<u8, Exit> {
     let robot = &options.robot;
-    let session = session_for(options, keys::robot(robot, "pause")).await?;
-    let outcome = halted(&session, robot, halt).await;
+    let (session, commander) = commander(options, Commanded::Pause).await?;
+    let outcome = halted(&session, &commander, robot, halt).await;
     session::close(&session);
     print(format_args!("{robot}: {}", outcome?))?;
     Ok(SUCCESS)
 }
 
 /// Pauses a robot or lets it go on; says what it does then.
-async fn halted(session: &Session, robot: &str, halt: Halt) -> Result<String, Exit> {
+async fn halted(session: &Session, commander: &Commander, robot: &str, halt: Halt) -> Result<String, Exit> {
     // Before it brakes: so that nothing that it says is missed.
     let odometry = keys::robot(robot, "odom").map(|key| Inbox::<Odometry>::new(session, &key));
     let odometry = odometry.map_err(Exit::bad_input)?.map_err(Exit::network)?;
     let paused = halt != Halt::Resume;
-    let reached = pause(session, robot, paused, TIMEOUT).await.map_err(|error| {
+    let reached = commander.pause(paused, TIMEOUT).await.map_err(|error| {
         let error = Error::from(error);
         Exit::network(error.context(format!("neither a base nor a driver of robot `{robot}` answered")))
     })?;

@@ -37,8 +37,12 @@ impl Alive<'_> {
     }
 }
 
-/// Every robot that a service works for; if there is none, the one that is the default.
-pub(crate) fn robots(alive: &[Alive<'_>]) -> BTreeSet<String> {
+/// The robots that are `listed`, or else every robot that a service works for; if there is none, the one that is the
+/// default.
+pub(crate) fn robots(alive: &[Alive<'_>], listed: &[String]) -> BTreeSet<String> {
+    if !listed.is_empty() {
+        return listed.iter().cloned().collect();
+    }
     let mut robots: BTreeSet<String> = alive.iter().filter_map(|one| one.status?.robot.clone()).collect();
     if robots.is_empty() {
         robots.insert(ServiceConfig::default().robot);

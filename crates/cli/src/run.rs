@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::Args;
 use curionav_deployment::files;
 use curionav_picture::{Run, run_svg};
-use curionav_runtime::command::command_to_holder;
+use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::print::print;
 use curionav_runtime::session;
@@ -16,7 +16,7 @@ use curionav_schemas::{Clock, MissionCommand, keys};
 use curionav_security::table::Verb;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, EXPERIMENTS};
+use crate::connect::{ConnectOptions, EXPERIMENTS, commands_as};
 use crate::output;
 use crate::recording;
 use crate::things::things;
@@ -110,10 +110,10 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
             "--namespace needs a running deployment; add --connect or --secure"
         )));
     }
-    let of_deployment = if is_embedded { ServiceConfig::default() } else { at.config(&EXPERIMENTS)? };
+    let of_deployment = if is_embedded { ServiceConfig::default() } else { at.config(&EXPERIMENTS, None)? };
     if !is_embedded {
         let key = keys::world(&options.world, "scenario").map_err(Exit::bad_input)?;
-        at.require(&EXPERIMENTS, Verb::Ask, &key)?;
+        at.require(&of_deployment, &EXPERIMENTS, Verb::Ask, &key)?;
     }
     let config =
         ServiceConfig { robot: options.robot.clone(), world: options.world.clone(), ..of_deployment };
@@ -202,16 +202,16 @@ pub(crate) async fn follow_or_cancel(
     tokio::select! {
         finished = follow(session, config, package, keep_reports) => finished,
         () = signals.requested() => {
-            cancel(session, &config.robot).await;
+            cancel(&Commander::new(session, &config.robot, &commands_as(config, "experimenter"))).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
         }
     }
 }
 
 /// Cancels the mission; an injection that is still being checked has none yet, so it is tried again.
-async fn cancel(session: &Session, robot: &str) {
+async fn cancel(commander: &Commander) {
     for _ in 0..CANCEL_ATTEMPTS {
-        match command_to_holder(session, robot, &MissionCommand::Cancel, STATUS_TIMEOUT).await {
+        match commander.command_to_holder(&MissionCommand::Cancel, STATUS_TIMEOUT).await {
             Ok(_) => return,
             Err(error) => tracing::warn!(%error, "the mission could not be cancelled"),
         }

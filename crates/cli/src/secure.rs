@@ -22,6 +22,7 @@ use curionav_security::table::Verb;
 ///   curionav secure init pki
 ///   curionav secure issue pki router --address 10.0.0.1
 ///   curionav secure issue pki driver.r1 localizer.r1 arbiter.r1 cpc.a cnc.a generator.a operator
+///   curionav secure issue pki operator.ward3 --robots r1,r2
 ///   curionav secure show pki
 ///
 /// Then every machine gets `ca.pem` and the `NAME.pem` and `NAME.key` of what runs on it, routers get `rules.json` as
@@ -51,6 +52,10 @@ pub(crate) enum SecureCommand {
         /// several times.
         #[arg(long, value_name = "HOST")]
         address: Vec<String>,
+        /// Robots that operator.NAME or viewer.NAME may see or command, such as r1,r2; `*` for all. Default: the robot
+        /// NAME alone.
+        #[arg(long, value_name = "ROBOT", value_delimiter = ',')]
+        robots: Vec<String>,
         /// Days for which they are valid.
         #[arg(long, value_name = "N", default_value_t = LIFETIME_DAYS,
             value_parser = clap::value_parser!(u32).range(1..=i64::from(AUTHORITY_DAYS)))]
@@ -65,6 +70,10 @@ pub(crate) enum SecureCommand {
         /// Names. Default: all in the folder.
         #[arg(value_name = "NAME")]
         names: Vec<Name>,
+        /// Robots that operator.NAME or viewer.NAME may see or command from now on, such as r1,r2; also writes the
+        /// rules again. Default: those of before.
+        #[arg(long, value_name = "ROBOT", value_delimiter = ',', requires = "names")]
+        robots: Vec<String>,
         /// Days for which they are valid.
         #[arg(long, value_name = "N", default_value_t = LIFETIME_DAYS,
             value_parser = clap::value_parser!(u32).range(1..=i64::from(AUTHORITY_DAYS)))]
@@ -102,17 +111,24 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
                 folder.display()
             ))?;
         }
-        SecureCommand::Issue { folder, names, address, days: count } => {
+        SecureCommand::Issue { folder, names, address, robots, days: count } => {
             for host in &address {
                 check_certified_host(host).context("address").map_err(Exit::bad_input)?;
             }
-            for name in &names {
+            for name in &for_robots(names, &robots)? {
                 Folder::new(&folder).issue(name, &address, days(count)).map_err(Exit::bad_input)?;
                 say(&folder, name, "issued")?;
             }
             print("routers read rules.json when they start: copy it to them and restart them")?;
         }
-        SecureCommand::Renew { folder, names, days: count } => {
+        SecureCommand::Renew { folder, names, robots, days: count } if !robots.is_empty() => {
+            for name in &for_robots(names, &robots)? {
+                Folder::new(&folder).renew_for(name, days(count)).map_err(Exit::bad_input)?;
+                say(&folder, name, "renewed")?;
+            }
+            print("routers read rules.json when they start: copy it to them and restart them")?;
+        }
+        SecureCommand::Renew { folder, names, days: count, .. } => {
             let here = Folder::new(&folder);
             let names = match names.is_empty() {
                 true => {
@@ -127,7 +143,10 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
         }
         SecureCommand::Show { folder, name } => {
             print(table(&folder).map_err(Exit::bad_input)?)?;
-            name.map_or(Ok(()), |name| print(rights(&name)))?;
+            if let Some(name) = name {
+                // A name without a certificate has the rights that it would have.
+                print(rights(&Folder::new(&folder).first_of(std::slice::from_ref(&name)).unwrap_or(name)))?;
+            }
         }
         SecureCommand::Rules { folder, namespace } => {
             Folder::new(&folder).renew_rules(namespace.as_deref()).map_err(Exit::bad_input)?;
@@ -141,6 +160,15 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
+/// These names for these robots, if any are given.
+fn for_robots(names: Vec<Name>, robots: &[String]) -> Result<Vec<Name>, Exit> {
+    if robots.is_empty() {
+        return Ok(names);
+    }
+    let listed: Result<_, _> = names.into_iter().map(|name| name.for_robots(robots)).collect();
+    listed.map_err(Exit::bad_input)
+}
+
 fn say(folder: &Path, name: &Name, done: &str) -> Result<(), Exit> {
     let until = Folder::new(folder).read(&name.to_string()).map_err(Exit::bad_input)?.until();
     let file = folder.join(name.to_string()).display().to_string();
@@ -151,7 +179,7 @@ fn say(folder: &Path, name: &Name, done: &str) -> Result<(), Exit> {
 fn table(folder: &Path) -> Result<Table, FolderError> {
     let here = Folder::new(folder);
     let mut table = Table::new();
-    table.set_header(["certificate", "valid until", "state", "may", "is for"]);
+    table.set_header(["certificate", "valid until", "state", "robots", "may", "is for"]);
     for (name, certificate) in here.certificates()? {
         let state = match here.identity(&name) {
             Ok(_) if certificate.is_due() => "due for renewal".to_owned(),
@@ -167,6 +195,7 @@ fn table(folder: &Path) -> Result<Table, FolderError> {
             name.to_string(),
             certificate.until(),
             state,
+            name.robots().join(", "),
             may.join(", "),
             name.row().about.into(),
         ]);
@@ -179,7 +208,7 @@ fn rights(name: &Name) -> String {
     let mut lines = Vec::new();
     for verb in Verb::ALL {
         let rights = name.rights().filter(|right| right.verb == *verb);
-        let keys: Vec<String> = rights.flat_map(|right| right.keys).map(|key| name.fill(key)).collect();
+        let keys: Vec<String> = rights.flat_map(|right| right.keys).flat_map(|key| name.fill(key)).collect();
         if !keys.is_empty() {
             lines.push(format!("{name} may {}: {}", verb.word(), keys.join(", ")));
         }

@@ -14,7 +14,7 @@ use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
 use crate::blind::blindness;
-use crate::connect::{ConnectOptions, LOOKS};
+use crate::connect::{ConnectOptions, LOOKS, is_of, robots_of};
 use crate::denied::{denied, label, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -42,7 +42,7 @@ struct Line {
 }
 
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
-    let config = options.at.config(&LOOKS)?;
+    let config = options.at.config(&LOOKS, None)?;
     let denied = denied(&routers(&config).await?);
     let session = session::client(&config).await?;
     let mut lines = Vec::new();
@@ -56,11 +56,13 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         }
     }
     session::close(&session);
+    let listed = robots_of(&config);
+    lines.retain(|line| is_of(line.status.as_ref(), &listed));
     let alive: Vec<Alive<'_>> = lines
         .iter()
         .map(|line| Alive { role: &line.role, instance: &line.instance, status: line.status.as_ref() })
         .collect();
-    let robots = required_roles::robots(&alive);
+    let robots = required_roles::robots(&alive, &listed);
     let missing = required_roles::missing(&robots, &BTreeSet::new(), &default_pools(), &alive, &options.at);
     if options.json {
         print(serde_json::json!({ "services": lines, "missing": missing, "denied": denied }))?;

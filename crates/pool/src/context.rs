@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use curionav_planning::candidates::CandidateSet;
+use curionav_planning::footprint::FootprintShape;
 use curionav_planning::generation::{self, Tree};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::planner::{Course, CourseError};
@@ -46,13 +47,28 @@ impl PlanContext {
             noise: convert::noise(&mission.order.odometry_noise),
         };
         let start = convert::pose(mission.order.initial_pose).position();
+        let tolerance = mission.order.goal_tolerance;
         let parameters = Parameters::new(&profile)?;
         let course = course(profile, task, mission.order.seed, &fields.of(mission.order.map))?;
+        check_room(&course, tolerance)?;
         if !course.has_way(start) {
             let Point2 { x, y } = course.goal;
             return Err(Refusal::UnreachableGoal { x, y }.at("goal"));
         }
         Ok(Self { mission, course, in_process, alone: false, parameters })
+    }
+
+    /// What is doubtful about the mission, in words, although it is not refused.
+    pub fn doubt(&self) -> Option<String> {
+        let start = convert::pose(self.mission.order.initial_pose).position();
+        let room = self.course.narrowest(start);
+        let radius = least_radius(&self.course);
+        (room < radius).then(|| {
+            format!(
+                "the way to the goal leads where there is {room:.2} m of room on the map, and the robot's radius is \
+                 {radius:.2} m; look at the map, or give another goal"
+            )
+        })
     }
 
     /// The same for an arbiter that, if it is `alone`, computes all that it can and asks for nothing of it.
@@ -167,6 +183,22 @@ impl PlanContext {
         let belief = convert::initial_belief(&self.mission);
         let people = convert::people_to_wire(&planning::People::default(), 0, 0.0);
         Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place_s: 0.0, impatient: false }
+    }
+}
+
+/// Radius of the largest disc in the robot's footprint, metres: with less room it fits nowhere, however it turns.
+fn least_radius(course: &Course) -> f64 {
+    FootprintShape::from(&course.robot.footprint).inscribed_radius()
+}
+
+/// Refuses a goal near which the robot fits nowhere: with less room than the least disc of its footprint it can neither
+/// stand at the goal nor so near to it that it counts as there. The planner takes unknown floor for a wall.
+fn check_room(course: &Course, tolerance: f64) -> Result<(), Reject> {
+    let Point2 { x, y } = course.goal;
+    let radius = least_radius(course);
+    match course.map.most_room(course.goal, tolerance) {
+        Some(room) if room < radius => Err(Refusal::NoRoomAtGoal { x, y, room, radius }.at("goal")),
+        _ => Ok(()),
     }
 }
 

@@ -46,9 +46,9 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
                     Ok(key) => key,
                     Err(oversize) => return oversize,
                 };
-                let robot = asked.robot.to_owned();
+                let robot = asked.name.to_owned();
                 preparations.refuse(key, reject, move || {
-                    match answer(&fields, question, Asked { robot: &robot, came: Instant::now() }) {
+                    match answer(&fields, question, Asked { name: &robot, came: Instant::now() }) {
                         // Its budget is over, and what it needs is there.
                         Ok(_) | Err(Reject { why: Refusal::Stopped, .. }) => Ok(()),
                         Err(reject) => Err(reject),

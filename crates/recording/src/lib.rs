@@ -16,7 +16,7 @@ mod visible;
 mod writer;
 
 pub use read::{Item, Reader};
-pub use recorder::{Recorder, Scope, Tally};
+pub use recorder::{Recorder, Scope, Tally, Worlds};
 pub use recover::{Damage, Recovery, recover};
 
 pub(crate) const MESSAGE_ENCODING: &str = "cbor";

@@ -37,21 +37,43 @@ const IDLE: Duration = Duration::from_millis(500);
 /// What is recorded.
 #[derive(Debug, Clone, Default)]
 pub struct Scope {
-    /// Only this robot; all of them otherwise.
-    pub robot: Option<String>,
-    /// Only this simulated world; all of them otherwise.
-    pub world: Option<String>,
+    /// Only these robots; all of them if there are none.
+    pub robots: Vec<String>,
+    /// Which simulated worlds.
+    pub worlds: Worlds,
+}
+
+/// The simulated worlds whose runs are recorded.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Worlds {
+    /// All.
+    #[default]
+    All,
+    /// One.
+    Only(String),
+    /// None: for who may see some robots alone.
+    None,
 }
 
 impl Scope {
-    fn of_robot(&self, stream: &str) -> Result<String, keys::KeyError> {
-        self.robot.as_ref().map_or_else(|| keys::every_robot(stream), |robot| keys::robot(robot, stream))
+    fn of_robots(&self, stream: &str) -> Result<Vec<String>, keys::KeyError> {
+        if self.robots.is_empty() {
+            return Ok(vec![keys::every_robot(stream)?]);
+        }
+        self.robots.iter().map(|robot| keys::robot(robot, stream)).collect()
     }
 
     fn keys(&self) -> Result<Vec<String>, keys::KeyError> {
-        let run =
-            self.world.as_ref().map_or_else(|| keys::every_world("run"), |world| keys::world(world, "run"));
-        STREAMS.iter().map(|stream| self.of_robot(stream)).chain([run]).collect()
+        let mut all = Vec::new();
+        for stream in STREAMS {
+            all.extend(self.of_robots(stream)?);
+        }
+        match &self.worlds {
+            Worlds::All => all.push(keys::every_world("run")?),
+            Worlds::Only(world) => all.push(keys::world(world, "run")?),
+            Worlds::None => {}
+        }
+        Ok(all)
     }
 }
 
@@ -151,7 +173,7 @@ impl Recorder {
             errands: JoinSet::new(),
             tally: Tally::default(),
         };
-        writing.ask(scope.of_robot("mission")?);
+        scope.of_robots("mission")?.into_iter().for_each(|key| writing.ask(key));
         let (trigger, token) = shutdown();
         let task = tokio::spawn(writing.run(arrivals, token));
         Ok(Self { task, trigger, subscribers })
@@ -417,7 +439,7 @@ mod tests {
 
     #[test]
     fn every_recorded_key_is_known_by_its_stream() {
-        let scope = Scope { robot: Some("r1".into()), world: Some("hall".into()) };
+        let scope = Scope { robots: vec!["r1".into()], worlds: Worlds::Only("hall".into()) };
         let keys = scope.keys().unwrap();
         assert_eq!(keys.len(), STREAMS.len() + 1);
         for (key, stream) in keys.iter().zip(STREAMS) {

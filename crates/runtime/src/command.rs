@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{Lease, Message, Mission, MissionCommand, PauseReply, PauseRequest, Refusal, keys};
 use zenoh::Session;
 use zenoh::query::QueryTarget;
@@ -39,36 +40,86 @@ async fn ask_all<Q: Message, A: Message>(
     Err(failure)
 }
 
-/// Gives `command` to every driver of `robot`; answers with the mission of the one that drives under `lease`.
-///
-/// # Errors
-/// If that one refuses or does not answer in time.
-pub async fn command_driver(
-    session: &Session,
-    robot: &str,
-    command: &MissionCommand,
-    lease: u64,
-    timeout: Duration,
-) -> Result<Mission, AskError> {
-    if lease == 0 {
-        return Err(AskError::Rejected(Refusal::NoLease.into()));
-    }
-    let key = keys::mission_command(robot).map_err(|error| AskError::Send(error.to_string()))?;
-    ask_all(session, &key, command, timeout, |mission: &Mission| mission.lease == lease).await
+/// One who commands a robot.
+#[derive(Debug, Clone)]
+pub struct Commander {
+    session: Session,
+    robot: String,
+    /// Its name, as certificates have it.
+    by: String,
 }
 
-/// Gives `command` to the driver that holds the lease of `robot`, as its base says.
-///
-/// # Errors
-/// If the base does not answer in time, or that driver refuses or does not answer.
-pub async fn command_to_holder(
-    session: &Session,
-    robot: &str,
-    command: &MissionCommand,
-    timeout: Duration,
-) -> Result<Mission, AskError> {
-    let lease = lease_of(session, robot, timeout).await?.lease;
-    command_driver(session, robot, command, lease, timeout).await
+impl Commander {
+    /// Commands `robot` as `by`, the name of the certificate that `session` shows, if it shows one.
+    pub fn new(session: &Session, robot: &str, by: &str) -> Self {
+        Self { session: session.clone(), robot: robot.to_owned(), by: by.to_owned() }
+    }
+
+    /// Its name.
+    pub fn by(&self) -> &str {
+        &self.by
+    }
+
+    fn key(&self, kind: Commanded) -> Result<String, AskError> {
+        kind.by(&self.robot, &self.by).map_err(|error| AskError::Send(error.to_string()))
+    }
+
+    /// Gives `command` to every driver of the robot; answers with the mission of the one that drives under `lease`.
+    ///
+    /// # Errors
+    /// If that one refuses or does not answer in time.
+    pub async fn command_driver(
+        &self,
+        command: &MissionCommand,
+        lease: u64,
+        timeout: Duration,
+    ) -> Result<Mission, AskError> {
+        if lease == 0 {
+            return Err(AskError::Rejected(Refusal::NoLease.into()));
+        }
+        let key = self.key(Commanded::Mission)?;
+        ask_all(&self.session, &key, command, timeout, |mission: &Mission| mission.lease == lease).await
+    }
+
+    /// Gives `command` to the driver that holds the robot's lease, as its base says.
+    ///
+    /// # Errors
+    /// If the base does not answer in time, or that driver refuses or does not answer.
+    pub async fn command_to_holder(
+        &self,
+        command: &MissionCommand,
+        timeout: Duration,
+    ) -> Result<Mission, AskError> {
+        let lease = lease_of(&self.session, &self.robot, timeout).await?.lease;
+        self.command_driver(command, lease, timeout).await
+    }
+
+    /// Pauses the robot, or lets it go on: asks its base and every driver until both the base and the driver that holds
+    /// the lease have obeyed, or the time is over. Gives what has been reached.
+    ///
+    /// # Errors
+    /// If nothing of the robot has obeyed.
+    pub async fn pause(&self, paused: bool, timeout: Duration) -> Result<Halted, AskError> {
+        let key = self.key(Commanded::Pause)?;
+        let deadline = tokio::time::Instant::now() + timeout;
+        let mut obeyed: Vec<PauseReply> = Vec::new();
+        loop {
+            let left = deadline.saturating_duration_since(tokio::time::Instant::now());
+            let request = PauseRequest { paused };
+            let asked = ask_all(&self.session, &key, &request, left, |reply: &PauseReply| {
+                obeyed.retain(|known| (&known.role, &known.instance) != (&reply.role, &reply.instance));
+                obeyed.extend((reply.paused == paused).then(|| reply.clone()));
+                Halted::by(&obeyed).is_complete()
+            });
+            let failure = asked.await.err();
+            let halted = Halted::by(&obeyed);
+            let Some(failure) = failure else { return Ok(halted) };
+            if tokio::time::Instant::now() + AGAIN > deadline {
+                return if obeyed.is_empty() { Err(failure) } else { Ok(halted) };
+            }
+            tokio::time::sleep(AGAIN).await;
+        }
+    }
 }
 
 /// Who drives `robot`, as its base says.
@@ -102,37 +153,5 @@ impl Halted {
         let mut drivers = replies.iter().filter(|reply| reply.role == keys::DRIVER);
         let driver = drivers.find(|driver| driver.lease == lease && lease != 0).cloned();
         Self { base, driver }
-    }
-}
-
-/// Pauses `robot`, or lets it go on: asks its base and every driver until both the base and the driver that holds the
-/// lease have obeyed, or the time is over. Gives what has been reached.
-///
-/// # Errors
-/// If nothing of the robot has obeyed.
-pub async fn pause(
-    session: &Session,
-    robot: &str,
-    paused: bool,
-    timeout: Duration,
-) -> Result<Halted, AskError> {
-    let key = keys::robot(robot, "pause").map_err(|error| AskError::Send(error.to_string()))?;
-    let deadline = tokio::time::Instant::now() + timeout;
-    let mut obeyed: Vec<PauseReply> = Vec::new();
-    loop {
-        let left = deadline.saturating_duration_since(tokio::time::Instant::now());
-        let request = PauseRequest { paused };
-        let asked = ask_all(session, &key, &request, left, |reply: &PauseReply| {
-            obeyed.retain(|known| (&known.role, &known.instance) != (&reply.role, &reply.instance));
-            obeyed.extend((reply.paused == paused).then(|| reply.clone()));
-            Halted::by(&obeyed).is_complete()
-        });
-        let failure = asked.await.err();
-        let halted = Halted::by(&obeyed);
-        let Some(failure) = failure else { return Ok(halted) };
-        if tokio::time::Instant::now() + AGAIN > deadline {
-            return if obeyed.is_empty() { Err(failure) } else { Ok(halted) };
-        }
-        tokio::time::sleep(AGAIN).await;
     }
 }

@@ -174,6 +174,12 @@ impl ServiceConfig {
         Ok(())
     }
 
+    /// The name under which the service `role` of this configuration commands others: that of its certificate, whether
+    /// it shows one or not.
+    pub fn identity(&self, role: &str) -> anyhow::Result<String> {
+        Ok(Name::of_service(role, &self.robot, &self.world, &self.instance)?.to_string())
+    }
+
     /// Whether the time of the robot is that of a simulation, which may pass at any speed: `ros2.use_sim_time`.
     pub fn has_simulated_time(&self) -> bool {
         let said = self.ros2.as_ref().and_then(|ros2| ros2.get("use_sim_time"));

@@ -8,11 +8,21 @@ use zenoh::Wait;
 use zenoh::key_expr::KeyExpr;
 use zenoh::query::Query;
 
+/// Who the last chunk of a question's key names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Askers {
+    /// Nobody.
+    Unnamed,
+    /// A robot: the server is one of a pool.
+    Robots,
+    /// The one who commands, by the name of a certificate.
+    Commanders,
+}
+
 /// The key that a server answers on.
 pub(crate) struct Served {
     pub(crate) key: KeyExpr<'static>,
-    /// Whether it takes the questions of every robot, each with the robot's name as its last chunk.
-    pub(crate) is_pool: bool,
+    pub(crate) askers: Askers,
 }
 
 /// What a question may be, before anything of it is read.
@@ -45,17 +55,33 @@ pub(crate) fn payload(query: &Query) -> Cow<'_, [u8]> {
 }
 
 impl Served {
-    /// The robot that the question is about: the last chunk of the query's key, or the empty name for every question of
-    /// a server that serves no pool. Nothing if the chunk is not a plain name.
-    pub(crate) fn robot<'a>(&self, query: &'a Query) -> Option<&'a str> {
-        keys::asker(query.key_expr()).or((!self.is_pool).then_some(""))
+    /// Who asks: the last chunk of the query's key, or the empty name where that names nobody.
+    ///
+    /// # Errors
+    /// If the chunk is no such name.
+    pub(crate) fn asker<'a>(&self, query: &'a Query) -> Result<&'a str, Refusal> {
+        match self.askers {
+            Askers::Unnamed => Ok(""),
+            Askers::Robots => keys::asker(query.key_expr()).ok_or(Refusal::WrongRobot),
+            Askers::Commanders => keys::commander(query.key_expr()).ok_or(Refusal::WrongCommander),
+        }
+    }
+
+    /// The key of an answer. A question to several is answered under the key of this one: access rules allow no other.
+    fn key_of_answer(&self, query: &Query) -> KeyExpr<'static> {
+        let asked = query.key_expr();
+        if !asked.is_wild() {
+            return asked.clone().into_owned();
+        }
+        let own = self.key.as_str().strip_suffix("/*");
+        let by = own.and_then(|own| Some(format!("{own}/{}", self.asker(query).ok()?)));
+        by.and_then(|key| KeyExpr::try_from(key).ok()).unwrap_or_else(|| self.key.clone())
     }
 
     pub(crate) fn answer<A: Message>(&self, query: &Query, answer: &A) {
-        // A question to several is answered under the key of this one: access rules allow no other.
-        let asked = query.key_expr();
-        let key = if asked.is_wild() { self.key.clone() } else { asked.clone().into_owned() };
-        if let Err(error) = query.reply(key, answer.encode()).encoding(A::ENCODING).wait() {
+        if let Err(error) =
+            query.reply(self.key_of_answer(query), answer.encode()).encoding(A::ENCODING).wait()
+        {
             tracing::debug!(%error, "reply not sent");
         }
     }

@@ -6,21 +6,22 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{
     LEASE_MS, Lease, LeaseRequest, LeaseWish, PauseReply, PauseRequest, Refusal, Reject, Twist, keys,
 };
 use zenoh::Session;
 
+use crate::command_log::{CommandLog, pause_in_words};
+use crate::config::ServiceConfig;
 use crate::locked::locked;
 use crate::metrics::Tally;
 use crate::robot_service::first_run;
-use crate::serve::{Server, serve, serve_state};
+use crate::serve::{Server, serve_commands, serve_state};
 use crate::topic::Inbox;
 
 /// A holder that is not heard of for so long may lose its lease.
 pub const LEASE: Duration = Duration::from_millis(LEASE_MS);
-/// Drivers and clients ask one after the other and wait.
-const QUEUE: (usize, usize) = (1, 64);
 
 /// The driver that may drive.
 #[derive(Debug, Clone)]
@@ -123,55 +124,68 @@ pub struct BaseLease {
     grants: Mutex<Grants>,
     /// What was refused; commands of drivers that do not hold the lease are among it.
     refused: Tally,
+    log: CommandLog,
 }
 
 /// The queryables of a base's lease.
 pub type LeaseServers = [Server; 3];
 
 impl BaseLease {
-    /// Serves the lease of `robot` as the base `role`/`instance`: how it stands, wishes of drivers, and pauses. What is
-    /// refused, commands of other drivers included, is added to `refused`.
+    /// Serves the lease of the robot of `config`, as the base `role` of its instance: how the lease stands, wishes of
+    /// drivers, and pauses. What is refused, commands of other drivers included, is added to `refused`.
     ///
     /// # Errors
     /// If a key cannot be served.
     pub fn serve(
         session: &Session,
-        robot: &str,
+        config: &ServiceConfig,
         role: &str,
-        instance: &str,
         refused: &Tally,
     ) -> anyhow::Result<(Arc<Self>, LeaseServers)> {
-        let base = Arc::new(Self { grants: Mutex::new(Grants::new(first_run())), refused: refused.clone() });
+        let ServiceConfig { robot, instance, .. } = config;
+        let base = Arc::new(Self {
+            grants: Mutex::new(Grants::new(first_run())),
+            refused: refused.clone(),
+            log: CommandLog::new(config),
+        });
         let shown = Arc::clone(&base);
         let asked = Arc::clone(&base);
         let halted = Arc::clone(&base);
         let role = role.to_owned();
-        let instance = instance.to_owned();
+        let instance = instance.clone();
         let state = serve_state(session, &keys::robot(robot, "lease")?, refused, move || Ok(shown.state()))?;
         let wishes =
-            serve(session, &keys::lease_request(robot)?, QUEUE, refused, move |wish, _| asked.ask(&wish))?;
-        let pauses = serve(session, &keys::robot(robot, "pause")?, QUEUE, refused, move |request, _| {
-            halted.pause(request);
+            serve_commands(session, robot, Commanded::Lease, refused, move |wish, by| asked.ask(&wish, by))?;
+        let pauses = serve_commands(session, robot, Commanded::Pause, refused, move |request, by| {
+            halted.pause(request, by);
             let Lease { lease, paused, .. } = halted.state();
             Ok(PauseReply { role: role.clone(), instance: instance.clone(), lease, paused })
         })?;
         Ok((base, [state, wishes, pauses]))
     }
 
-    fn ask(&self, request: &LeaseRequest) -> Result<Lease, Reject> {
+    /// A driver that holds the lease repeats its wish, and so does one that waits: what changes nothing is not logged.
+    fn ask(&self, request: &LeaseRequest, by: &str) -> Result<Lease, Reject> {
         let mut grants = locked(&self.grants);
-        let before = grants.number();
-        let granted = grants.ask(request, Instant::now())?;
-        if ![0, before].contains(&granted.lease) {
-            tracing::info!(driver = %request.driver, lease = granted.lease, "a driver may drive from now on");
+        let before = grants.state();
+        let answer = grants.ask(request, Instant::now()).map_err(Reject::from);
+        let after = grants.state();
+        if (before.lease, &before.wanted_by) != (after.lease, &after.wanted_by) {
+            let wish = match request.wish {
+                LeaseWish::Hold => "to drive",
+                LeaseWish::TakeOver => "to take over",
+                LeaseWish::Release => "to give up the lease",
+            };
+            let command = format!("driver `{}` wishes {wish}", request.driver);
+            self.log.note(by, &command, &answer.as_ref().map(|lease| format!("lease {}", lease.lease)));
         }
-        Ok(granted)
+        answer
     }
 
-    /// Begins or ends a pause.
-    pub fn pause(&self, PauseRequest { paused }: PauseRequest) {
-        tracing::info!(paused, "asked to pause or to go on");
-        locked(&self.grants).pause(paused, Instant::now());
+    /// Begins or ends a pause that `by` has asked for.
+    pub fn pause(&self, request: PauseRequest, by: &str) {
+        locked(&self.grants).pause(request.paused, Instant::now());
+        self.log.note(by, pause_in_words(request), &Ok("the base obeys".into()));
     }
 
     /// How the lease stands.

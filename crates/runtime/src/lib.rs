@@ -3,6 +3,7 @@
 
 pub mod byte_ring;
 pub mod command;
+pub mod command_log;
 pub mod config;
 pub mod convert;
 pub mod cores;

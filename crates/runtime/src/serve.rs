@@ -8,6 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{Message, Refusal, Reject};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
@@ -17,7 +18,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
-use crate::incoming::{self, Admission, Served};
+use crate::incoming::{self, Admission, Askers, Served};
 use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
@@ -25,6 +26,8 @@ use crate::metrics::{Metrics, Tally, durations};
 /// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand
 /// candidates.
 const QUEUE_BYTES: usize = 32 << 20;
+/// Commands that are answered at once, and that may wait: those who give them ask once and wait.
+const COMMANDS: (usize, usize) = (1, 64);
 /// What a question counts for at least: it may hold on to the batch of Zenoh's that it came in.
 const QUESTION_BYTES_MIN: usize = 64 << 10;
 
@@ -227,8 +230,8 @@ pub fn serve<Q: Message, A: Message>(
 /// Who asks, and since when.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
-    /// The robot; empty where the key names none.
-    pub robot: &'a str,
+    /// The robot, or the one who commands; empty where the key names nobody.
+    pub name: &'a str,
     /// When it came.
     pub came: Instant,
 }
@@ -248,7 +251,26 @@ pub fn serve_in_time<Q: Message, A: Message>(
         Ok(question) => handler(question, asked),
         Err(reject) => (None, Err(reject)),
     };
-    serve_all(session, key, at_once_and_waiting, admission, refused, handler)
+    let askers = if key.ends_with("/*") { Askers::Robots } else { Askers::Unnamed };
+    serve_all(session, (key, askers), at_once_and_waiting, admission, refused, handler)
+}
+
+/// Answers the commands of one kind to `robot`. `handler` is also told who gives one. Those who command are served in
+/// turn, so that nobody's flood holds up another.
+pub fn serve_commands<Q: Message, A: Message>(
+    session: &Session,
+    robot: &str,
+    kind: Commanded,
+    refused: &Tally,
+    handler: impl Fn(Q, &str) -> Result<A, Reject> + Send + Sync + 'static,
+) -> Result<Server, ServeError> {
+    let key = kind.from_all(robot).map_err(|error| ServeError::new(robot, error))?;
+    let admission = Admission { most: Q::MAX_BYTES, check: Q::admit };
+    let handler = move |payload: &[u8], asked: Asked<'_>| {
+        let answer = Q::decode(payload, None).and_then(|command| handler(command, asked.name));
+        (None, answer)
+    };
+    serve_all(session, (&key, Askers::Commanders), COMMANDS, admission, refused, handler)
 }
 
 /// Answers questions that carry no payload: the current state, a map. Those that do carry one, and are refused,
@@ -262,14 +284,14 @@ pub fn serve_state<A: Message>(
     let nothing =
         |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
     let admission = Admission { most: 0, check: nothing };
-    serve_all(session, key, (1, 64), admission, refused, move |_, _| (None, state()))
+    serve_all(session, (key, Askers::Unnamed), (1, 64), admission, refused, move |_, _| (None, state()))
 }
 
 /// The general form: `handler` sees the bytes, and also says for how long an answer is of use; what it refuses is added
 /// to `refused`.
 fn serve_all<A: Message>(
     session: &Session,
-    key: &str,
+    (key, askers): (&str, Askers),
     (slots, queue): (usize, usize),
     admission: Admission,
     refused: &Tally,
@@ -284,7 +306,7 @@ fn serve_all<A: Message>(
     let handler = Arc::new(handler);
     let served = Arc::new(Served {
         key: KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?,
-        is_pool: key.ends_with("/*"),
+        askers,
     });
     let queue = Arc::clone(&waiting);
     let counted = Arc::clone(&counts);
@@ -317,11 +339,12 @@ fn admit(waiting: &Waiting, served: &Served, admission: Admission, counts: &Serv
         Ok(bytes) => bytes,
         Err(reject) => return refuse(&query, &reject, counts),
     };
-    let Some(robot) = served.robot(&query).map(str::to_owned) else {
-        return refuse(&query, &Refusal::WrongRobot.into(), counts);
+    let asker = match served.asker(&query) {
+        Ok(asker) => asker.to_owned(),
+        Err(refusal) => return refuse(&query, &refusal.into(), counts),
     };
     counts.in_flight.inc();
-    for refused in waiting.push(&robot, bytes, query) {
+    for refused in waiting.push(&asker, bytes, query) {
         counts.in_flight.dec();
         refuse(&refused, &Refusal::Overloaded.into(), counts);
     }
@@ -340,20 +363,20 @@ fn answer<A: Message>(
     (query, came): (Query, Instant),
 ) {
     let begun = Instant::now();
-    let robot = served.robot(&query).unwrap_or_default();
+    let name = served.asker(&query).unwrap_or_default();
     // A handler that panics has answered nothing yet; the next question finds the service alive.
     let failed = || Err(Refusal::failed("the service failed on this question").into());
-    let handle = || handler(&incoming::payload(&query), Asked { robot, came });
+    let handle = || handler(&incoming::payload(&query), Asked { name, came });
     let (budget, answered) = catch_unwind(AssertUnwindSafe(handle)).unwrap_or_else(|_| (None, failed()));
     let took = answered.is_ok().then(|| begun.elapsed());
-    waiting.done(robot, took, budget);
+    waiting.done(name, took, budget);
     match answered {
         Ok(answer) => {
             counts.answered.inc();
             served.answer(&query, &answer);
         }
         Err(reject) => {
-            tracing::debug!(key = %served.key, robot, %reject, "question refused");
+            tracing::debug!(key = %served.key, asker = name, %reject, "question refused");
             refuse(&query, &reject, counts);
         }
     }

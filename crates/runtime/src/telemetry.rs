@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use tracing_subscriber::EnvFilter;
 
+use crate::command_log;
 use crate::print::note;
 
 /// What is logged if the filter that was given cannot be read.
@@ -14,9 +15,14 @@ const FALLBACK: &str = "warn";
 /// `info`). Zenoh's complaints about replies that come after their query has ended are kept out:
 /// under load there is one for each late shard, and the arbiter counts them itself.
 ///
+/// A service also logs every command that it is given, whatever the filter says (`is_service`).
+///
 /// Lines that standard error does not take are lost. Colours are for terminals alone.
-pub fn init(default: &str) {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| filter(default));
+pub fn init(default: &str, is_service: bool) {
+    let mut filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| filter(default));
+    if is_service && let Ok(commands) = format!("{}=info", command_log::TARGET).parse() {
+        filter = filter.add_directive(commands);
+    }
     let is_coloured = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     // Already installed (tests): keep the first. The subscriber must not report its own errors: it would do so with
     // `eprintln!`, which panics where logs cannot be written.

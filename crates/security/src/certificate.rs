@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
-    KeyUsagePurpose,
+    KeyUsagePurpose, SanType,
 };
 use time::OffsetDateTime;
 use x509_parser::extensions::GeneralName;
@@ -16,6 +16,9 @@ use crate::name::Name;
 
 /// Clocks of machines need not agree better than this.
 const CLOCKS_DIFFER: Duration = Duration::from_secs(300);
+
+/// Before the name of a robot that a certificate lists, in a URI of its own.
+const LISTED: &str = "curionav:robot/";
 
 /// A certificate and its key, both in PEM.
 pub(crate) struct Made {
@@ -54,6 +57,10 @@ pub(crate) fn signed(
 ) -> Result<Made, String> {
     let key = key.map_or_else(KeyPair::generate, KeyPair::from_pem).map_err(|e| e.to_string())?;
     let mut params = params(&name.to_string(), addresses, lifetime)?;
+    for robot in name.robots() {
+        let listed = format!("{LISTED}{robot}").try_into();
+        params.subject_alt_names.push(SanType::URI(listed.map_err(|error: rcgen::Error| error.to_string())?));
+    }
     params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
     // Nothing but a router listens, so that no service can pass for one.
@@ -77,6 +84,8 @@ pub struct Certificate {
     pub not_after: i64,
     /// The names and addresses under which its holder may listen.
     pub addresses: Vec<String>,
+    /// The robots that it lists.
+    pub robots: Vec<String>,
     /// Whether the given authority has signed it.
     pub(crate) is_signed: bool,
 }
@@ -97,6 +106,7 @@ impl Certificate {
             not_before: certificate.validity().not_before.timestamp(),
             not_after: certificate.validity().not_after.timestamp(),
             addresses: alternatives.iter().filter_map(address).collect(),
+            robots: alternatives.iter().filter_map(robot).collect(),
             is_signed: certificate.verify_signature(Some(authority.public_key())).is_ok(),
         })
     }
@@ -124,6 +134,11 @@ fn address(name: &GeneralName<'_>) -> Option<String> {
         },
         _ => None,
     }
+}
+
+fn robot(name: &GeneralName<'_>) -> Option<String> {
+    let GeneralName::URI(uri) = name else { return None };
+    uri.strip_prefix(LISTED).map(str::to_owned)
 }
 
 /// Seconds since 1970.

@@ -133,12 +133,29 @@ impl Folder {
         self.write_rules(self.namespace()?)
     }
 
-    /// Issues a certificate anew, with the same key and addresses: programs take it at their next connection.
+    /// Issues a certificate anew, with the same key, addresses and robots: programs take it at their next connection.
     pub fn renew(&self, name: &Name, lifetime: Duration) -> Result<(), FolderError> {
+        self.renew_with(&self.listed(name)?, lifetime)
+    }
+
+    /// Issues a certificate anew, with the same key and addresses, for the robots that `name` lists, and writes the
+    /// rules for them.
+    pub fn renew_for(&self, name: &Name, lifetime: Duration) -> Result<(), FolderError> {
+        self.renew_with(name, lifetime)?;
+        self.write_rules(self.namespace()?)
+    }
+
+    fn renew_with(&self, name: &Name, lifetime: Duration) -> Result<(), FolderError> {
         let stem = name.to_string();
         let old = self.read(&stem)?;
         let key = self.text(&stem, "key", &self.command(&format!("issue {name}")))?;
         self.sign(name, &old.addresses, lifetime, Some(&key))
+    }
+
+    /// The name, with the robots that its certificate lists.
+    pub fn listed(&self, name: &Name) -> Result<Name, FolderError> {
+        let robots = self.read(&name.to_string())?.robots;
+        if robots.is_empty() { Ok(name.clone()) } else { Ok(name.clone().for_robots(&robots)?) }
     }
 
     /// Issues the certificate of `name` if there is none, and renews it if it is due.
@@ -189,7 +206,7 @@ impl Folder {
             let file = entry.map_err(fault)?.file_name();
             let Some(stem) = file.to_str().and_then(|file| file.strip_suffix(".pem")) else { continue };
             if stem != CA {
-                found.push((stem.parse::<Name>()?, self.read(stem)?));
+                found.push((self.listed(&stem.parse()?)?, self.read(stem)?));
             }
         }
         found.sort_by(|a, b| a.0.cmp(&b.0));
@@ -206,9 +223,22 @@ impl Folder {
         })
     }
 
-    /// The first of these names that has a certificate here.
+    /// The first of these names that has a certificate here, with the robots that this lists.
     pub fn first_of(&self, names: &[Name]) -> Option<Name> {
-        names.iter().find(|name| self.path(&name.to_string(), "pem").exists()).cloned()
+        let found = names.iter().find(|name| self.path(&name.to_string(), "pem").exists())?;
+        Some(self.listed(found).unwrap_or_else(|_| found.clone()))
+    }
+
+    /// The names with certificates here that begin with `role` and list robots.
+    pub fn that_list_robots(&self, role: &str) -> Vec<Name> {
+        let Ok(entries) = fs::read_dir(&self.directory) else { return Vec::new() };
+        let files = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let stems = files.filter_map(|file| Some(file.strip_suffix(".pem")?.to_owned()));
+        let names = stems.filter_map(|stem| stem.parse::<Name>().ok());
+        let listed = names.filter(|name| name.role() == role).filter_map(|name| self.listed(&name).ok());
+        let mut found: Vec<Name> = listed.filter(|name| !name.robots().is_empty()).collect();
+        found.sort();
+        found
     }
 
     /// What the holder of `name` shows. It is valid now, and of this folder's authority.

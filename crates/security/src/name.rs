@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use curionav_schemas::keys::check_id;
 
-use crate::table::{ANY_TERM, OF_SERVICES, Right, Row, TABLE, Verb};
+use crate::table::{ANY_TERM, OF_SERVICES, ROBOTS, Right, Row, TABLE, Verb};
 
 /// The name of a certificate, with a row of the table.
 ///
@@ -15,6 +15,8 @@ pub struct Name {
     role: String,
     /// As many as the row has names.
     names: Vec<String>,
+    /// The robots that it is for, where the row has [`ROBOTS`]; `*` alone for all.
+    robots: Vec<String>,
     row: &'static Row,
 }
 
@@ -34,7 +36,15 @@ fn fault(role: &str, names: &[&str], reason: String) -> NameError {
     NameError { text, reason, examples: EXAMPLES }
 }
 
-const EXAMPLES: &str = "driver.ROBOT, cpc.INSTANCE, operator, viewer";
+/// [`ROBOTS`] in a key of the table.
+const LISTED: &str = "{robots}";
+
+const EXAMPLES: &str = "driver.ROBOT, cpc.INSTANCE, operator, viewer.ROBOT";
+
+/// In the place of all robots.
+pub const ALL_ROBOTS: &str = "*";
+/// Most robots that one certificate lists: more than a house has, and rules that a router reads in a moment.
+const ROBOTS_MAX: usize = 256;
 
 impl Name {
     /// The name of a program of `role` for these `names`, in the order of the table: robot, world, instance.
@@ -54,7 +64,8 @@ impl Name {
                 names.extend(names.last().cloned());
             }
             if names.len() == row.names.len() {
-                return Ok(Self { role: role.to_owned(), names, row });
+                let robots = if row.names == [ROBOTS] { names.clone() } else { Vec::new() };
+                return Ok(Self { role: role.to_owned(), names, robots, row });
             }
         }
         let wanted: Vec<String> = rows.iter().map(|row| pattern(role, row)).collect();
@@ -76,6 +87,47 @@ impl Name {
         Self::new(role, &names)
     }
 
+    /// The same name, for these robots: each named once, or `*` alone for all of them.
+    ///
+    /// # Errors
+    /// If certificates of this kind are not for some robots alone, or a robot cannot be called that.
+    pub fn for_robots(mut self, robots: &[String]) -> Result<Self, NameError> {
+        let text = self.to_string();
+        let refuse = |reason| Err(NameError { text, reason, examples: "viewer.ward3, operator.anna" });
+        if self.row.names != [ROBOTS] {
+            return refuse(
+                "no robots can be listed for it; only operator.NAME and viewer.NAME have lists".into(),
+            );
+        }
+        if robots.is_empty() || robots.len() > ROBOTS_MAX {
+            return refuse(format!("it lists {} robots; give 1 to {ROBOTS_MAX}", robots.len()));
+        }
+        if robots != [ALL_ROBOTS]
+            && let Some(error) = robots.iter().find_map(|robot| check_id(robot).err())
+        {
+            return refuse(format!("its robots: {error}; or give `{ALL_ROBOTS}` alone for all"));
+        }
+        self.robots = robots.to_vec();
+        self.robots.sort();
+        self.robots.dedup();
+        Ok(self)
+    }
+
+    /// The robots that it lists; none for a certificate that lists none.
+    pub fn robots(&self) -> &[String] {
+        &self.robots
+    }
+
+    /// Whether it is for some robots alone, and not for this one.
+    pub fn leaves_out(&self, robot: &str) -> bool {
+        !self.robots.is_empty() && !self.robots.iter().any(|one| one == robot || one == ALL_ROBOTS)
+    }
+
+    /// The first part of it.
+    pub fn role(&self) -> &str {
+        &self.role
+    }
+
     /// The robot that it is for, if it is for one.
     pub fn robot(&self) -> Option<&str> {
         let named = self.row.names.iter().zip(&self.names).find(|(what, _)| **what == "robot");
@@ -93,12 +145,17 @@ impl Name {
         self.row.rights.iter().chain(common)
     }
 
-    /// A key of the table with this name's parts in it.
-    pub fn fill(&self, key: &str) -> String {
-        let named = self.row.names.iter().zip(&self.names);
+    /// The keys that a key of the table means with this name's parts in it: one for each robot that it lists, where
+    /// the key says so.
+    pub fn fill(&self, key: &str) -> Vec<String> {
+        let named = self.row.names.iter().zip(&self.names).filter(|(what, _)| **what != ROBOTS);
         let filled =
             named.fold(key.to_owned(), |key, (what, name)| key.replace(&format!("{{{what}}}"), name));
-        filled.replace("{role}", &self.role)
+        let filled = filled.replace("{role}", &self.role).replace("{self}", &self.to_string());
+        match filled.contains(LISTED) {
+            true => self.robots.iter().map(|robot| filled.replace(LISTED, robot)).collect(),
+            false => vec![filled],
+        }
     }
 
     /// Whether it may do anything of the kind.
@@ -196,6 +253,7 @@ mod tests {
     #[test]
     fn a_wrong_name_is_refused_with_the_form_that_is_right() {
         for (text, fault) in [
+            ("viewer.a.b", "give viewer or viewer.ROBOTS"),
             ("driver", "give driver.ROBOT[.INSTANCE]"),
             ("driver.a.b.c", "give driver.ROBOT[.INSTANCE]"),
             ("opertor", "give opertor.INSTANCE"),
@@ -207,6 +265,31 @@ mod tests {
         ] {
             let error = text.parse::<Name>().unwrap_err().to_string();
             assert!(error.contains(fault) && error.contains("docs/security.md"), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_operator_is_for_the_robot_of_its_name_or_for_those_that_it_lists() {
+        let filled = |name: Name| name.fill("robot/{robots}/pause/{self}");
+        let own: Name = "operator.r1".parse().unwrap();
+        assert_eq!(filled(own.clone()), ["robot/r1/pause/operator.r1"]);
+        let robots =
+            |listed: &[&str]| -> Vec<String> { listed.iter().map(|&robot| robot.to_owned()).collect() };
+        let ward =
+            "operator.ward3".parse::<Name>().unwrap().for_robots(&robots(&["r2", "r1", "r2"])).unwrap();
+        assert_eq!(filled(ward.clone()), ["robot/r1/pause/operator.ward3", "robot/r2/pause/operator.ward3"]);
+        assert!(ward.leaves_out("r3") && !ward.leaves_out("r2") && own.leaves_out("ward3"));
+        let anna = own.clone().for_robots(&robots(&["*"])).unwrap();
+        assert!(filled(anna.clone()) == ["robot/*/pause/operator.r1"] && !anna.leaves_out("r9"));
+        for (name, listed, fault) in [
+            ("operator", &["r1"][..], "no robots can be listed for it"),
+            ("driver.r1", &["r1"], "no robots can be listed for it"),
+            ("viewer.ward3", &[], "lists 0 robots; give 1 to 256"),
+            ("viewer.ward3", &["r1", "*"], "name `*` must be"),
+            ("viewer.ward3", &["r1/r2"], "name `r1/r2` must be"),
+        ] {
+            let error = name.parse::<Name>().unwrap().for_robots(&robots(listed)).unwrap_err().to_string();
+            assert!(error.contains(fault), "{error}");
         }
     }
 

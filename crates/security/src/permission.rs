@@ -12,7 +12,8 @@ impl Name {
     pub fn may(&self, verb: Verb, key: &str, namespace: Option<&str>) -> bool {
         let Ok(key) = keyexpr::new(key) else { return false };
         self.rights().filter(|right| right.verb == verb).any(|right| {
-            let mut allowed = right.keys.iter().map(|k| absolute(right.space, namespace, &self.fill(k)));
+            let filled = right.keys.iter().flat_map(|key| self.fill(key));
+            let mut allowed = filled.map(|key| absolute(right.space, namespace, &key));
             allowed.any(|allowed| keyexpr::new(&allowed).is_ok_and(|allowed| allowed.includes(key)))
         })
     }
@@ -20,7 +21,7 @@ impl Name {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::keys;
+    use curionav_schemas::keys::{self, Commanded};
 
     use super::*;
     use crate::table::TABLE;
@@ -32,7 +33,7 @@ mod tests {
     /// A name for every row, for robot `r1` and world `w`.
     fn everyone() -> Vec<Name> {
         let part = |what: &&str| match *what {
-            "robot" => "r1",
+            "robot" | "robots" => "r1",
             "world" => "w",
             _ => "x",
         };
@@ -45,17 +46,20 @@ mod tests {
 
     #[test]
     fn only_a_robots_own_driver_may_command_it_and_only_people_may_command_missions() {
-        let (cmd, command) = (keys::robot("r1", "cmd").unwrap(), keys::mission_command("r1").unwrap());
+        let cmd = keys::robot("r1", "cmd").unwrap();
         let who = |verb, key: &str| -> Vec<String> {
             let may = everyone().into_iter().filter(|name| name.may(verb, key, None));
             may.map(|name| name.to_string()).collect()
         };
         assert_eq!(who(Verb::Put, &cmd), ["driver.r1.x"]);
-        assert_eq!(who(Verb::Serve, &command), ["driver.r1.x"]);
-        assert_eq!(
-            who(Verb::Ask, &command),
-            ["ros2-gateway.r1.x", "simulator.w.r1.x", "operator", "experimenter"]
-        );
+        assert_eq!(who(Verb::Serve, &Commanded::Mission.from_all("r1").unwrap()), ["driver.r1.x"]);
+        for name in everyone() {
+            // Each under its own name, and nobody under that of another.
+            let by = name.to_string();
+            let may = ["ros2-gateway.r1.x", "simulator.w.r1.x", "operator", "experimenter", "operator.r1"];
+            let expected: Vec<&str> = may.into_iter().filter(|one| *one == by).collect();
+            assert_eq!(who(Verb::Ask, &Commanded::Mission.by("r1", &by).unwrap()), expected);
+        }
         assert_eq!(who(Verb::Put, &keys::robot("r1", "decision").unwrap()), ["arbiter.r1.x"]);
         assert_eq!(
             who(Verb::Ask, &keys::mission_ready("r1").unwrap()),
@@ -75,6 +79,24 @@ mod tests {
             }
             let question = keys::question("cpc", "a", "r2").unwrap();
             assert!(!other.may(Verb::Ask, &question, None), "{other}");
+        }
+    }
+
+    #[test]
+    fn one_who_lists_robots_sees_and_commands_these_alone_and_their_own_name_only() {
+        let ward = name("operator.ward3").for_robots(&["r1".into(), "r2".into()]).unwrap();
+        let viewer = name("viewer.ward3").for_robots(&["r1".into(), "r2".into()]).unwrap();
+        for robot in ["r1", "r2", "r3", "ward3", "*"] {
+            let is_theirs = ["r1", "r2"].contains(&robot);
+            let scan = format!("curionav/@v1/robot/{robot}/scan");
+            let pause = |by: &str| format!("curionav/@v1/robot/{robot}/pause/{by}");
+            assert_eq!(ward.may(Verb::Subscribe, &scan, None), is_theirs, "{robot}");
+            assert_eq!(viewer.may(Verb::Subscribe, &scan, None), is_theirs, "{robot}");
+            assert_eq!(ward.may(Verb::Ask, &pause("operator.ward3"), None), is_theirs, "{robot}");
+            for by in ["operator", "operator.r1", "*", "viewer.ward3"] {
+                assert!(!ward.may(Verb::Ask, &pause(by), None), "{robot} {by}");
+                assert!(!viewer.may(Verb::Ask, &pause(by), None), "{robot} {by}");
+            }
         }
     }
 

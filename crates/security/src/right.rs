@@ -2,6 +2,9 @@
 
 use strum::{IntoStaticStr, VariantArray};
 
+/// The part of a row whose name is that of a robot, or of a group of robots that the certificate lists.
+pub const ROBOTS: &str = "robots";
+
 /// Something that a program may do with keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]

@@ -197,10 +197,11 @@ fn of_name(name: &Name, namespace: Option<&str>) -> Vec<Rule> {
             let rights = name.rights().filter(|right| right.verb == verb);
             let key_exprs: Vec<String> = rights
                 .flat_map(|right| {
-                    right.keys.iter().map(|key| {
-                        let key = if *keys == Keys::Wide { widened(key) } else { name.fill(key) };
-                        absolute(right.space, namespace, &key)
-                    })
+                    let keys = right.keys.iter().flat_map(|key| match keys {
+                        Keys::Wide => vec![widened(key)],
+                        Keys::Own => name.fill(key),
+                    });
+                    keys.map(|key| absolute(right.space, namespace, &key))
                 })
                 .collect();
             if !key_exprs.is_empty() {

@@ -1,9 +1,10 @@
 //! The table of rights. What is not in it is denied.
 //!
 //! Keys are written without `curionav/@v1/` and with names in braces, which a certificate's name gives: `driver.r1` may
-//! put `robot/r1/cmd`.
+//! put `robot/r1/cmd`. `{self}` is the whole name, so that nobody commands under the name of another; `{robots}` is
+//! each robot that the certificate lists.
 
-pub use crate::right::{Right, Row, Space, Verb};
+pub use crate::right::{ROBOTS, Right, Row, Space, Verb};
 
 /// Every service's rights.
 pub const OF_SERVICES: &[Right] =
@@ -51,8 +52,22 @@ const STREAMS: &[&str] = &[
     "robot/*/memory",
 ];
 
+/// What is published about the robots that a certificate lists.
+const STREAMS_OF_LISTED: &[&str] = &[
+    "robot/{robots}/scan",
+    "robot/{robots}/odom",
+    "robot/{robots}/people",
+    "robot/{robots}/belief",
+    "robot/{robots}/particles",
+    "robot/{robots}/mission",
+    "robot/{robots}/decision",
+    "robot/{robots}/cmd",
+    "robot/{robots}/report",
+    "robot/{robots}/memory",
+];
+
 /// What the base of a robot answers: which driver it obeys, wishes to drive, and pauses.
-const OF_BASES: &[&str] = &["robot/{robot}/lease", "robot/{robot}/lease/request", "robot/{robot}/pause"];
+const OF_BASES: &[&str] = &["robot/{robot}/lease", "robot/{robot}/lease/request/*", "robot/{robot}/pause/*"];
 
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
@@ -77,14 +92,14 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/decision",
                 ],
             ),
-            may(Verb::Ask, &["robot/{robot}/lease/request", "map/*"]),
+            may(Verb::Ask, &["robot/{robot}/lease/request/{self}", "map/*"]),
             may(
                 Verb::Serve,
                 &[
                     "robot/{robot}/mission",
-                    "robot/{robot}/mission/command",
+                    "robot/{robot}/mission/command/*",
                     "robot/{robot}/mission/ready",
-                    "robot/{robot}/pause",
+                    "robot/{robot}/pause/*",
                     "robot/{robot}/decision",
                 ],
             ),
@@ -96,7 +111,15 @@ pub const TABLE: &[Row] = &[
         "a robot's localizer",
         &[
             may(Verb::Put, &["robot/{robot}/belief", "robot/{robot}/particles"]),
-            may(Verb::Subscribe, &["robot/{robot}/mission", "robot/{robot}/scan", "robot/{robot}/odom"]),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/scan",
+                    "robot/{robot}/odom",
+                    "robot/{robot}/belief",
+                ],
+            ),
             may(Verb::Notice, &["robot/{robot}/particles"]),
             may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/ready", "map/*"]),
         ],
@@ -178,7 +201,11 @@ pub const TABLE: &[Row] = &[
             ),
             may(
                 Verb::Ask,
-                &["robot/{robot}/mission", "robot/{robot}/mission/command", "robot/{robot}/pause"],
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/mission/command/{self}",
+                    "robot/{robot}/pause/{self}",
+                ],
             ),
             may(Verb::Serve, OF_BASES),
             may(Verb::Serve, &["map/*"]),
@@ -222,7 +249,7 @@ pub const TABLE: &[Row] = &[
                     "world/{world}/people",
                 ],
             ),
-            may(Verb::Ask, &["robot/{robot}/mission/command"]),
+            may(Verb::Ask, &["robot/{robot}/mission/command/{self}"]),
             may(Verb::Serve, OF_BASES),
             may(
                 Verb::Serve,
@@ -265,15 +292,51 @@ pub const TABLE: &[Row] = &[
                 Verb::Ask,
                 &[
                     "robot/*/mission",
-                    "robot/*/mission/command",
+                    "robot/*/mission/command/{self}",
                     "robot/*/lease",
-                    "robot/*/pause",
+                    "robot/*/pause/{self}",
                     "world/*/run",
                     "status/*/*",
                     "echo/*",
                 ],
             ),
             may(Verb::Ask, POOLS),
+            ROUTERS,
+            may(Verb::Serve, &["echo/*"]),
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "viewer",
+        &[ROBOTS],
+        "one who only looks at the robot ROBOTS, or at those that the certificate lists",
+        &[
+            may(Verb::Subscribe, STREAMS_OF_LISTED),
+            may(Verb::Ask, &["robot/{robots}/mission", "robot/{robots}/lease", "map/*", "status/*/*"]),
+            ROUTERS,
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "operator",
+        &[ROBOTS],
+        "one who sends about the robot ROBOTS, or those that the certificate lists, and no other",
+        &[
+            may(Verb::Subscribe, STREAMS_OF_LISTED),
+            may(
+                Verb::Ask,
+                &[
+                    "robot/{robots}/mission",
+                    "robot/{robots}/mission/command/{self}",
+                    "robot/{robots}/lease",
+                    "robot/{robots}/pause/{self}",
+                    "generate/*/{robots}",
+                    "evaluate/*/*/{robots}",
+                    "map/*",
+                    "status/*/*",
+                    "echo/*",
+                ],
+            ),
             ROUTERS,
             may(Verb::Serve, &["echo/*"]),
             may(Verb::Watch, &["live/*/*"]),
@@ -291,9 +354,9 @@ pub const TABLE: &[Row] = &[
                 Verb::Ask,
                 &[
                     "robot/*/mission",
-                    "robot/*/mission/command",
+                    "robot/*/mission/command/{self}",
                     "robot/*/lease",
-                    "robot/*/pause",
+                    "robot/*/pause/{self}",
                     "world/*/scenario",
                     "world/*/check",
                     "world/*/run",

@@ -75,6 +75,9 @@ class Grants:
 class BaseLease:
     """Serves the lease of one robot for a program that drives its motors.
 
+    Who pauses the robot or takes it over is logged by ``curionav.base`` at the level ``INFO``. Where the router has
+    access rules, the name is that of a certificate, and else what a program says it is.
+
     Obey a command only if `admits` says so, and brake while `paused`.
 
     Example:
@@ -90,8 +93,8 @@ class BaseLease:
         self._foreign = 0
         served = {
             keys.robot(robot, "lease"): self._state,
-            f"{keys.robot(robot, 'lease')}/request": self._serving(LeaseRequest, self._ask),
-            keys.robot(robot, "pause"): self._serving(PauseRequest, self._pause),
+            f"{keys.robot(robot, 'lease')}/request/*": self._serving(LeaseRequest, self._ask),
+            f"{keys.robot(robot, 'pause')}/*": self._serving(PauseRequest, self._pause),
         }
         self._queryables = [session.declare_queryable(key, callback, complete=True) for key, callback in served.items()]
 
@@ -123,8 +126,12 @@ class BaseLease:
         while self._queryables:
             self._queryables.pop().undeclare()
 
-    def _serving(self, question: type[Q], handler: Callable[[Q], Message]) -> Callable[[zenoh.Query], None]:
+    def _serving(self, question: type[Q], handler: Callable[[Q, str], Message]) -> Callable[[zenoh.Query], None]:
         def serve(query: zenoh.Query) -> None:
+            by = keys.commander(str(query.key_expr))
+            if by is None:
+                _reply(query, Reject(why={"code": "wrong_commander"}))
+                return
             payload = query.payload
             if payload is None or len(payload) > question.MAX_BYTES:
                 _reply(query, Reject(why={"code": "wrong_structure", "detail": f"give a {question.NAME}"}))
@@ -134,19 +141,22 @@ class BaseLease:
             except DecodeError as error:
                 _reply(query, Reject(why={"code": "wrong_structure", "detail": str(error)}))
                 return
-            _reply(query, handler(asked))
+            _reply(query, handler(asked, by))
 
         return serve
 
     def _state(self, query: zenoh.Query) -> None:
         _reply(query, self.lease())
 
-    def _ask(self, request: LeaseRequest) -> Message:
+    def _ask(self, request: LeaseRequest, by: str) -> Message:
+        if request.wish != "hold":
+            _log.info("%s: driver %s: %s", by, request.driver, request.wish)
         with self._lock:
             granted = self._grants.ask(request, time.monotonic())
         return granted if isinstance(granted, Lease) else Reject(why=granted)
 
-    def _pause(self, request: PauseRequest) -> Message:
+    def _pause(self, request: PauseRequest, by: str) -> Message:
+        _log.info("%s: %s", by, "pause" if request.paused else "go on")
         with self._lock:
             self._grants.paused = request.paused
             lease = self._grants.state().lease

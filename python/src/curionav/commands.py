@@ -12,6 +12,8 @@ from .errors import NoAnswer, Rejected
 from .messages import Lease, Mission, MissionCommand, PauseReply, PauseRequest
 from .session import ask
 
+UNPROVEN = "experimenter"
+"""As what a program commands that shows no certificate."""
 _DRIVER = "driver"
 _AGAIN = 0.3
 """Between two attempts to pause, seconds."""
@@ -22,8 +24,8 @@ def lease_of(session: zenoh.Session, robot: str, timeout: float) -> Lease:
     return ask(session, keys.robot(robot, "lease"), Lease, None, timeout)
 
 
-def command(session: zenoh.Session, robot: str, request: MissionCommand, timeout: float) -> Mission:
-    """Gives a command to every driver of ``robot``; the mission of the driver that holds the lease.
+def command(session: zenoh.Session, robot: str, by: str, request: MissionCommand, timeout: float) -> Mission:
+    """Gives a command of ``by`` to every driver of ``robot``; the mission of the driver that holds the lease.
 
     Raises:
         NoAnswer: No base of the robot answers, or the driver that holds its lease does not.
@@ -36,11 +38,11 @@ def command(session: zenoh.Session, robot: str, request: MissionCommand, timeout
     def is_of_holder(mission: Mission) -> bool:
         return mission.lease == lease
 
-    return ask(session, keys.mission_command(robot), Mission, request, timeout, accept=is_of_holder)
+    return ask(session, keys.mission_command(robot, by), Mission, request, timeout, accept=is_of_holder)
 
 
-def pause(session: zenoh.Session, robot: str, paused: bool, timeout: float) -> None:
-    """Pauses ``robot``, or lets it go on, in whatever state its mission is.
+def pause(session: zenoh.Session, robot: str, by: str, paused: bool, timeout: float) -> None:
+    """Pauses ``robot`` for ``by``, or lets it go on, in whatever state its mission is.
 
     Raises:
         NoAnswer: Within ``timeout`` s its base has not obeyed, or the driver that holds its lease.
@@ -56,7 +58,7 @@ def pause(session: zenoh.Session, robot: str, paused: bool, timeout: float) -> N
             obeyed["base" if reply.role != _DRIVER else str(reply.lease)] = reply
         return is_complete()
 
-    key = keys.robot(robot, "pause")
+    key = keys.pause(robot, by)
     deadline = time.monotonic() + timeout
     while not is_complete():
         left = deadline - time.monotonic()

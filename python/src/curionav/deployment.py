@@ -13,7 +13,7 @@ import zenoh
 
 from . import keys
 from .closable import Closable
-from .commands import command, lease_of, pause
+from .commands import UNPROVEN, command, lease_of, pause
 from .crowd import Crowd, CrowdFunction
 from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
@@ -80,7 +80,8 @@ def connect(
         secure: A folder of certificates, as ``curionav up --secure`` makes it: connect over TLS alone. The default
             endpoint is then ``tls/127.0.0.1:7447``.
         certificate: Which certificate of that folder to show. It decides what the router allows: ``viewer`` looks,
-            ``operator`` also commands robots, ``experimenter`` runs scenarios, ``crowd.WORLD`` plays a crowd, and
+            ``operator`` also commands robots, ``viewer.NAME`` and ``operator.NAME`` those that the certificate lists,
+            ``experimenter`` runs scenarios, ``crowd.WORLD`` plays a crowd, and
             ``TERM.INSTANCE`` serves an evaluator.
 
     Raises:
@@ -124,6 +125,7 @@ class Deployment(Closable):
         self._session = session
         # What it shows, if links are over TLS.
         self._certificate = certificate
+        self._by = certificate or UNPROVEN
         close_at_exit(self, session)
         self._owned: weakref.WeakSet[EvaluatorServer | Crowd] = weakref.WeakSet()
 
@@ -163,7 +165,7 @@ class Deployment(Closable):
         """
         found = _scenario(scenario)
         request = _injection(found if crowd is None else found.with_live_people(), planner, seed, clock, time_scale)
-        return Run(self._open(), request, world, robot, crowd)
+        return Run(self._open(), request, world, robot, crowd=crowd, by=self._by)
 
     def validate(
         self, scenario: Scenario | str | Path | dict[str, Any], planner: Planner | None = None, *, world: str = "world"
@@ -244,11 +246,11 @@ class Deployment(Closable):
         Raises:
             NoAnswer: Its base has not obeyed, or the driver that holds its lease.
         """
-        pause(self._open(), robot, True, _TIMEOUT)
+        pause(self._open(), robot, self._by, True, _TIMEOUT)
 
     def resume(self, robot: str = "robot") -> None:
         """Lets a paused robot go on."""
-        pause(self._open(), robot, False, _TIMEOUT)
+        pause(self._open(), robot, self._by, False, _TIMEOUT)
 
     def lease(self, robot: str = "robot") -> Lease:
         """Which driver the base of a robot obeys, and whether it is paused."""
@@ -302,7 +304,7 @@ class Deployment(Closable):
         return check_session(self._session)
 
     def _wish(self, robot: str, request: MissionCommand) -> Mission:
-        return command(self._open(), robot, request, _TIMEOUT)
+        return command(self._open(), robot, self._by, request, _TIMEOUT)
 
     def _ask(self, key: str, answer: type[A], question: Message | None = None, timeout: float = _TIMEOUT) -> A:
         return ask(self._open(), key, answer, question, timeout)

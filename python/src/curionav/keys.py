@@ -11,6 +11,9 @@ import re
 ROOT = "curionav/@v1"
 """What every key begins with."""
 
+_IDENTITY_PARTS = 4
+"""Names in the longest identity: role, world, robot and instance."""
+
 _NAME = re.compile(r"[a-z0-9_-]{1,64}", re.ASCII)
 
 
@@ -29,14 +32,36 @@ def robot(name: str, stream: str) -> str:
     """Stream of a robot.
 
     ``scan``, ``odom``, ``people``, ``belief``, ``particles``, ``mission``, ``decision``, ``cmd``, ``report``,
-    ``memory``, ``lease``, ``pause``.
+    ``memory``, ``lease``.
     """
     return f"{ROOT}/robot/{_chunk(name)}/{_chunk(stream)}"
 
 
-def mission_command(name: str) -> str:
-    """Where the driver takes commands about a robot's mission."""
-    return f"{robot(name, 'mission')}/command"
+def _identity(by: str) -> str:
+    if commander(f"/{by}") is None:
+        raise ValueError(f"{by[:64]!r} must be one to four names with dots between them, such as 'operator.ward3'")
+    return by
+
+
+def mission_command(name: str, by: str) -> str:
+    """Where the driver takes what ``by`` commands about a robot's mission.
+
+    ``by`` is a name as certificates have it, such as ``operator.ward3``. The router lets each certificate command
+    under its own name alone.
+    """
+    return f"{robot(name, 'mission')}/command/{_identity(by)}"
+
+
+def pause(name: str, by: str) -> str:
+    """Where the base and the drivers of a robot are paused by ``by``."""
+    return f"{robot(name, 'pause')}/{_identity(by)}"
+
+
+def commander(key: str) -> str | None:
+    """Who commands, as the last chunk of a command's key says; ``None`` if that is no name."""
+    by = key.rpartition("/")[2]
+    parts = by.split(".")
+    return by if len(parts) <= _IDENTITY_PARTS and all(map(is_name, parts)) else None
 
 
 def world(name: str, channel: str) -> str:

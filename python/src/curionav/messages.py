@@ -566,7 +566,8 @@ Refusal = Annotated[dict[str, Any], coded({
     "too_few": {"found": Uint, "least": Uint}, "not_a_name": {"found": str},
     "unknown_name": {"found": str, "known": list[str]}, "no_such_index": {"found": Uint}, "cyclic_parents": {},
     "not_ascending": {}, "wrong_frame": {}, "not_a_map": {}, "unsafe_path": {"found": str}, "not_a_hash": {},
-    "unexpected_payload": {}, "wrong_robot": {}, "unreachable_goal": {"x": Number, "y": Number}, "wrong_map": {},
+    "unexpected_payload": {}, "wrong_robot": {}, "wrong_commander": {}, "unreachable_goal": {"x": Number, "y": Number},
+    "no_room_at_goal": {"x": Number, "y": Number, "room": Number, "radius": Number}, "wrong_map": {},
     "invalid": {"detail": str}, "beyond_robot": {"found": Number, "least": Number, "most": Number},
     "realtime_only": {}, "lease_held": {"holder": Name}, "no_lease": {}, "no_mission": {}, "no_decision": {},
     "wrong_state": {"found": MissionState, "needed": MissionState}, "already_finished": {},
@@ -667,7 +668,7 @@ class Mission(Message):
 
 
 class MissionCommand(Message):
-    """A wish about a robot's mission, on mission/command, from clients.
+    """A wish about a robot's mission, on mission/command/{by}, from clients.
 
     It reaches every driver of the robot. The reply is the mission as it is then; that of the driver that holds the
     lease counts.
@@ -753,7 +754,7 @@ class Lease(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LeaseRequest(Message):
-    """A driver's wish, on lease/request, to its base.
+    """A driver's wish, on lease/request/{by}, to its base.
 
     The reply is the lease as it is then; it is refused while another driver holds it. A holder repeats its wish; one
     that has not done so for 1 s may lose the lease.
@@ -773,7 +774,7 @@ class LeaseRequest(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PauseRequest(Message):
-    """A pause or its end, on pause, from clients.
+    """A pause or its end, on pause/{by}, from clients.
 
     It reaches the base and every driver of the robot.
     """

@@ -13,7 +13,7 @@ from typing import TypeVar
 import zenoh
 
 from . import keys
-from .commands import command
+from .commands import UNPROVEN, command
 from .crowd import CrowdFunction, CrowdThread
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
 from .explain import Explanation
@@ -72,9 +72,12 @@ class Run:
         request: InjectRequest,
         world: str,
         robot: str,
+        *,
         crowd: CrowdFunction | None = None,
+        by: str = UNPROVEN,
     ) -> None:
         self._session = session
+        self._by = by
         close_at_exit(self, session)
         self._run_key = keys.world(world, "run")
         self._robot = robot
@@ -264,7 +267,7 @@ class Run:
                 raise NoAnswer(f"the run did not end within {timeout:g} s of being cancelled")
             # Again and again: the mission of a run that has just been injected may not be there yet.
             with contextlib.suppress(NoAnswer, Rejected):
-                command(self._session, self._robot, Cancel(), min(left, _ASK_TIMEOUT))
+                command(self._session, self._robot, self._by, Cancel(), min(left, _ASK_TIMEOUT))
             self._news.wait(seen, min(left, _CANCEL_PERIOD))
 
     def close(self) -> None:

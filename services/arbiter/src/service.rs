@@ -112,8 +112,13 @@ impl MissionFollower for Arbiter {
         let mission = mission.clone();
         let in_process = self.in_process;
         let alone = self.alone;
-        let preparing =
-            move || PlanContext::new(mission, &fields, in_process).map(|context| context.alone(alone));
+        let preparing = move || {
+            let context = PlanContext::new(mission, &fields, in_process)?.alone(alone);
+            if let Some(doubt) = context.doubt() {
+                tracing::warn!(goal = ?context.course.goal, "{doubt}");
+            }
+            Ok::<_, Reject>(context)
+        };
         let prepared = tokio::task::spawn_blocking(preparing).await;
         let context = Arc::new(prepared.map_err(Refusal::failed)??);
         self.counts.follow(context.pool_roles().map(str::to_owned));

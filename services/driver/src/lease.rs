@@ -7,6 +7,7 @@ use anyhow::bail;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::lease::LEASE;
 use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{Lease, LeaseRequest, LeaseWish, Refusal, Reject, keys};
 use tokio::sync::watch;
 use zenoh::Session;
@@ -60,7 +61,7 @@ impl Keeper {
     ) -> anyhow::Result<Self> {
         Ok(Self {
             session: session.clone(),
-            key: keys::lease_request(&config.robot)?,
+            key: Commanded::Lease.by(&config.robot, &config.identity(keys::DRIVER)?)?,
             driver: config.instance.clone(),
             take_over: config.take_over,
             missions,

@@ -5,14 +5,16 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use anyhow::Context;
+use curionav_runtime::command_log::{CommandLog, in_words, pause_in_words, standing};
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::robot_limits::Base;
 use curionav_runtime::robot_service::first_run;
-use curionav_runtime::serve::{Server, serve, serve_state};
+use curionav_runtime::serve::{Server, serve, serve_commands, serve_state};
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Mission, MissionCommand, PauseReply, PauseRequest, Readiness, Refusal, Reject, keys};
+use curionav_schemas::keys::Commanded;
+use curionav_schemas::{Mission, PauseReply, PauseRequest, Readiness, Refusal, Reject, keys};
 use tokio::sync::watch;
 use zenoh::Session;
 
@@ -20,7 +22,7 @@ use crate::mission_state::CurrentMission;
 
 /// Time between two publications of the mission.
 const MISSION_REPEATED: Duration = Duration::from_secs(1);
-/// One change at a time; a service or client asks once and waits.
+/// One report at a time; a service asks once and waits.
 const QUEUE: (usize, usize) = (1, 64);
 
 /// The queryables of the mission.
@@ -99,7 +101,6 @@ impl MissionKeys {
         current.pause(request.paused);
         self.announce(&current);
         let (lease, paused) = current.standing();
-        tracing::info!(paused, "asked to pause or to go on");
         PauseReply { role: keys::DRIVER.into(), instance: instance.into(), lease, paused }
     }
 
@@ -115,20 +116,26 @@ impl MissionKeys {
         let [state, commanded, reported, halted] = std::array::from_fn(|_| Arc::clone(self));
         let robot = &config.robot;
         let instance = config.instance.clone();
-        let command = keys::mission_command(robot)?;
+        let log = CommandLog::new(config);
+        let of_pauses = log.clone();
         let ready = keys::mission_ready(robot)?;
         Ok([
             serve_state(session, &keys::robot(robot, "mission")?, refused, move || {
                 locked(&state.current).mission().cloned().ok_or_else(|| Refusal::NoMission.into())
             })?,
-            serve(session, &command, QUEUE, refused, move |command: MissionCommand, _| {
-                commanded.change(|current| current.command(command))
+            serve_commands(session, robot, Commanded::Mission, refused, move |command, by| {
+                let words = in_words(&command);
+                let answer = commanded.change(|current| current.command(command));
+                log.note(by, &words, &answer.as_ref().map(standing));
+                answer
             })?,
             serve(session, &ready, QUEUE, refused, move |readiness: Readiness, _| {
                 reported.change(|current| current.readiness(readiness))
             })?,
-            serve(session, &keys::robot(robot, "pause")?, QUEUE, refused, move |request, _| {
-                Ok(halted.pause(request, &instance))
+            serve_commands(session, robot, Commanded::Pause, refused, move |request, by| {
+                let answer = halted.pause(request, &instance);
+                of_pauses.note(by, pause_in_words(request), &Ok("the driver obeys".into()));
+                Ok(answer)
             })?,
         ])
     }

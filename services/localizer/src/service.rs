@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
@@ -24,6 +24,9 @@ use crate::particle_cloud::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;
+
+/// A localizer that works is not silent for so long: it answers every tick, and none is longer.
+const SILENCE: Duration = Duration::from_secs(1);
 
 struct Localization {
     service: RobotService,
@@ -97,6 +100,23 @@ fn register(
     metrics.gauge(name, help, move || locked(&newest).as_ref().map(number));
 }
 
+impl Localization {
+    /// Completes once no other localizer has answered for a while: a second one ends no mission that the first serves.
+    async fn while_another_answers(&self) -> Result<(), Reject> {
+        let others = self.service.inbox::<Belief>("belief").map_err(Refusal::failed)?;
+        let mut is_told = false;
+        while let Ok(Some(_)) = tokio::time::timeout(SILENCE, others.next()).await {
+            if !is_told {
+                tracing::warn!(
+                    "another localizer answers for this robot, so this one does nothing; end one of them"
+                );
+            }
+            is_told = true;
+        }
+        Ok(())
+    }
+}
+
 impl MissionFollower for Localization {
     type Tick = Odometry;
 
@@ -111,7 +131,8 @@ impl MissionFollower for Localization {
         }
         self.filter = None;
         if mission.has_run {
-            // This localizer was restarted on the way: the robot has left the start.
+            // The robot has left the start. Either this localizer was restarted on the way, or it is a second one.
+            self.while_another_answers().await?;
             return Err(Refusal::PoseLost.into());
         }
         let order = &mission.order;

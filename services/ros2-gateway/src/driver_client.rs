@@ -4,13 +4,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_runtime::command::command_driver;
+use curionav_runtime::command::Commander;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{Mission, MissionCommand, Refusal, Reject};
 use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
-use zenoh::Session;
 
 /// How long one command is tried: a driver that has just been started again answers within it.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -41,15 +40,11 @@ pub(crate) struct DriverClient {
 type Waiting = VecDeque<(u64, MissionCommand)>;
 
 impl DriverClient {
-    /// Begins to send commands to the driver of `robot` that holds `lease`; answers come out in their order.
-    pub(crate) fn start(
-        session: &Session,
-        robot: &str,
-        lease: Arc<BaseLease>,
-    ) -> (Self, mpsc::Receiver<Answer>) {
+    /// Begins to send commands to the driver that holds `lease`; answers come out in their order.
+    pub(crate) fn start(commander: Commander, lease: Arc<BaseLease>) -> (Self, mpsc::Receiver<Answer>) {
         let (waiting, mut more) = watch::channel(Waiting::new());
         let (answers, answered) = mpsc::channel(ANSWERS);
-        let robots_driver = RobotsDriver { session: session.clone(), robot: robot.to_owned(), lease };
+        let robots_driver = RobotsDriver { commander, lease };
         let queue = waiting.clone();
         tokio::spawn(async move {
             while more.wait_for(|waiting| !waiting.is_empty()).await.is_ok() {
@@ -85,8 +80,7 @@ fn add(waiting: &mut Waiting, numbered: (u64, MissionCommand)) {
 
 /// The driver of a robot.
 struct RobotsDriver {
-    session: Session,
-    robot: String,
+    commander: Commander,
     lease: Arc<BaseLease>,
 }
 
@@ -95,7 +89,7 @@ impl RobotsDriver {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let lease = self.lease.number();
-            match command_driver(&self.session, &self.robot, command, lease, TIMEOUT).await {
+            match self.commander.command_driver(command, lease, TIMEOUT).await {
                 Ok(mission) => return Ok(mission),
                 Err(AskError::Rejected(reject)) if !reject.why.is_transient() => return Err(reject),
                 Err(error) if Instant::now() > deadline => return Err(refusal(error)),

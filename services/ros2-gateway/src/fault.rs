@@ -2,6 +2,8 @@
 
 use std::fmt::{Display, Formatter};
 
+use curionav_ros2::cdr::{CdrError, CdrFault};
+
 /// Why something of the robot is not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum FaultKind {
@@ -51,6 +53,14 @@ impl Fault {
     /// Its numbers are none.
     pub(crate) fn malformed(detail: impl Into<String>) -> Self {
         Self::new(FaultKind::Malformed, detail)
+    }
+
+    /// Its bytes cannot be read.
+    pub(crate) fn unread(error: &CdrError) -> Self {
+        match error.fault {
+            CdrFault::TooLong { .. } => Self::new(FaultKind::TooLong, format!("it is too large: {error}")),
+            _ => Self::malformed(error.to_string()),
+        }
     }
 
     /// Nothing can be done with it.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::messages as ros;
+use curionav_runtime::command::Commander;
 use curionav_runtime::convert;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
@@ -51,6 +52,8 @@ pub(crate) struct Parts {
     pub(crate) orders: Orders,
     /// Its place in curionav.
     pub(crate) service: RobotService,
+    /// How it commands the robot.
+    pub(crate) commander: Commander,
     /// Which driver the base obeys, and whether it is paused.
     pub(crate) lease: Arc<BaseLease>,
     /// The other nodes of ROS.
@@ -97,17 +100,13 @@ impl Gateway {
     /// Nothing is known yet; a tick takes `tick_s` seconds.
     pub(crate) fn new(parts: Parts, tick_s: f64) -> Self {
         let now = Instant::now();
-        let start = parts.config.mission.initial_pose.as_deref().map(|pose| {
-            let [x, y, heading] = [0, 1, 2].map(|i| pose.get(i).copied().unwrap_or_default());
-            Start::within(Pose2::new(x, y, heading), parts.config.mission.initial_sigma)
-        });
         Self {
+            start: Start::configured(&parts.config).map(|start| (start, None)),
             parts,
             tick_s,
             map: None,
             hosted: Vec::new(),
             belief: None,
-            start: start.map(|start| (start, None)),
             start_ordered: None,
             start_taken: None,
             is_lost: false,
@@ -140,7 +139,9 @@ impl Gateway {
     pub(crate) fn odom(&mut self, said: &ros::Odometry) {
         if self.parts.robot_state.odom(said) {
             tracing::warn!("the robot's clock was set back: its run is over");
-            self.begins_at(None);
+            // A simulation that is begun again puts the robot where it was; a real robot stays where it is.
+            let config = &self.parts.config;
+            self.begins_at(Start::configured(config).filter(|_| config.use_sim_time));
             self.belief = None;
             self.is_lost = true;
             let effects = self.journey.fail("the robot's clock was set back");
@@ -418,8 +419,7 @@ impl Gateway {
 
     /// The robot is to be paused, or to go on.
     pub(crate) fn pause(&self, paused: bool, asked: Request) {
-        let robot = self.parts.orders.robot();
-        pausing::pause(&self.parts.service.session, robot, &self.parts.lease, paused, asked);
+        pausing::pause(self.parts.commander.clone(), &self.parts.lease, paused, asked);
     }
 
     /// The arbiter has said what it has weighed.

@@ -28,7 +28,7 @@ use zenoh_ext::{
 };
 
 use crate::config::Ros2Config;
-use crate::fault::FaultKind;
+use crate::fault::{Fault, FaultKind};
 use crate::problem::{Problem, ProblemKind, Problems};
 
 /// Messages of one topic that wait: of odometry at a hundred hertz as many as come in half a second. The oldest go.
@@ -185,7 +185,8 @@ impl Node {
         let subscriber = subscriber.callback(move |sample| {
             let payload = sample.payload();
             if payload.len() > M::MAX_BYTES {
-                let detail = format!("it has {} bytes; the most is {}", payload.len(), M::MAX_BYTES);
+                let detail =
+                    format!("it is too large: {} bytes; the most is {}", payload.len(), M::MAX_BYTES);
                 locked(&problems).set(Problem::new(ProblemKind::NotUsed, label.as_str(), detail));
                 return refused.add(&[&label, FaultKind::TooLong.code()]);
             }
@@ -208,10 +209,12 @@ impl Node {
         };
         let (_, token) = self.entity(EntityKind::Subscriber, &name, &M::INTERFACE, qos)?;
         let refused = self.refused.clone();
+        let problems = Arc::clone(&self.problems);
         Ok(Intake {
             _subscriber: subscriber,
             waiting,
             refused,
+            problems,
             topic: name,
             _token: token,
             message: Default::default(),
@@ -319,6 +322,8 @@ pub(crate) struct Intake<M> {
     _subscriber: Listening,
     waiting: Arc<ByteRing<Vec<u8>>>,
     refused: Tally,
+    /// Where it is said why a message is none.
+    problems: Arc<Mutex<Problems>>,
     topic: String,
     _token: Option<LivelinessToken>,
     message: std::marker::PhantomData<fn() -> M>,
@@ -330,15 +335,19 @@ impl<M: Message> Intake<M> {
         self.waiting.next().await
     }
 
-    /// The message in a payload; if it is none, that is counted.
+    /// The message in a payload; if it is none, that is counted, and said to operators.
     pub(crate) fn decode(&self, payload: &[u8]) -> Option<M> {
-        let decoded = M::decode(payload);
-        decoded
-            .inspect_err(|error| {
+        match M::decode(payload) {
+            Ok(message) => Some(message),
+            Err(error) => {
+                let fault = Fault::unread(&error);
                 tracing::debug!(topic = self.topic, %error, "message refused");
-                self.refused.add(&[&self.topic, FaultKind::Malformed.code()]);
-            })
-            .ok()
+                self.refused.add(&[&self.topic, fault.kind.code()]);
+                let problem = Problem::new(ProblemKind::NotUsed, self.topic.as_str(), fault.to_string());
+                locked(&self.problems).set(problem);
+                None
+            }
+        }
     }
 
     /// The next message in order; nothing once the session is closed. Cancel-safe.

@@ -43,8 +43,15 @@ impl Start {
         Ok(Self { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
     }
 
+    /// Where the robot is when it is switched on, if its configuration says so.
+    pub(crate) fn configured(config: &Ros2Config) -> Option<Self> {
+        let pose = config.mission.initial_pose.as_deref()?;
+        let [x, y, heading] = [0, 1, 2].map(|i| pose.get(i).copied().unwrap_or_default());
+        Some(Self::within(Pose2::new(x, y, heading), config.mission.initial_sigma))
+    }
+
     /// A pose that is known to within these standard deviations.
-    pub(crate) fn within(pose: Pose2, sigma: [f64; 3]) -> Self {
+    fn within(pose: Pose2, sigma: [f64; 3]) -> Self {
         let mut covariance = vec![0.0; 9];
         sigma.iter().enumerate().for_each(|(i, sigma)| covariance[4 * i] = sigma * sigma);
         Self { pose, covariance: covariance.into() }

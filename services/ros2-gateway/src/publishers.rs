@@ -11,6 +11,11 @@ use crate::drawing::{self, header};
 use crate::goals::{Goal, Goals};
 use crate::node::{Node, Outlet, Request};
 
+/// For how long a transform from map to odometry holds, nanoseconds: it is stamped so much later, as AMCL does, so that
+/// who looks up where the robot is now need not wait for the next belief. Beliefs come with odometry, and the robot
+/// stands before that is silent for so long.
+const HOLDS_NS: i64 = 300_000_000;
+
 enum Feedback {
     Earlier(Outlet<ros::NavigationFeedback>),
     Lyrical(Outlet<ros::NavigationFeedbackLyrical>),
@@ -45,7 +50,7 @@ impl Publishers {
         Ok(Self {
             distribution: config.distribution(),
             frames: config.frames.clone(),
-            amcl_pose: node.outlet(&topics.amcl_pose, Qos::DEFAULT)?,
+            amcl_pose: node.outlet(&topics.amcl_pose, Qos::LATCHED)?,
             tf: config.publish_tf.then(|| node.outlet(&topics.tf, Qos::DEFAULT)).transpose()?,
             plan: node.outlet(&topics.plan, Qos::LATCHED)?,
             candidates: node.outlet(&topics.candidates, Qos::DEFAULT)?,
@@ -61,7 +66,8 @@ impl Publishers {
         self.amcl_pose.put(&drawing::believed(belief, header(stamp, &self.frames.map)));
         if let Some(tf) = &self.tf {
             let at = drawing::map_from_odom(belief, odometry);
-            tf.put(&drawing::transform(header(stamp, &self.frames.map), &self.frames.odom, at));
+            let until = ros::Time::from_nanoseconds(stamp.nanoseconds() + HOLDS_NS);
+            tf.put(&drawing::transform(header(until, &self.frames.map), &self.frames.odom, at));
         }
     }
 

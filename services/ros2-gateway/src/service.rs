@@ -8,6 +8,7 @@ use std::time::Duration;
 use anyhow::Context;
 use curionav_ros2::message::Message;
 use curionav_ros2::messages as ros;
+use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
@@ -81,13 +82,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             problems: Arc::default(),
         };
         locked(&noted.problems).set(awaited(&ros2));
-        let (lease, _lease) = BaseLease::serve(
-            session,
-            &config.robot,
-            keys::ROS2_GATEWAY,
-            &config.instance,
-            &service.counts.refused,
-        )?;
+        let (lease, _lease) = BaseLease::serve(session, config, keys::ROS2_GATEWAY, &service.counts.refused)?;
+        let commander = Commander::new(session, &config.robot, &config.identity(keys::ROS2_GATEWAY)?);
         // Known, and asked what is missing, also while the robot is still booting.
         let announced = service.announce(metrics(&service, &noted))?;
         on_ready(announced.metrics_address());
@@ -97,7 +93,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         };
         let node = Node::new(&robots, &ros2, noted.refused.clone(), Arc::clone(&noted.problems))?;
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, Arc::clone(&lease), noted.zeros.clone())?);
-        let (mut driver_client, answers) = DriverClient::start(session, &config.robot, Arc::clone(&lease));
+        let (mut driver_client, answers) = DriverClient::start(commander.clone(), Arc::clone(&lease));
         // What a gateway before this one has begun, nothing watches any more.
         if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
             driver_client.send(MissionCommand::Cancel);
@@ -114,6 +110,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             config,
             orders,
             service,
+            commander,
             lease,
             graph,
             used,

@@ -191,7 +191,7 @@ impl Subscriptions {
                     let Some(payload) = payload else { return Event::Closed };
                     let names = self.frames.clone();
                     self.reading = Some(tokio::task::spawn_blocking(move || {
-                        let map = ros::OccupancyGrid::decode(&payload).map_err(|e| Fault::malformed(e.to_string()))?;
+                        let map = ros::OccupancyGrid::decode(&payload).map_err(|error| Fault::unread(&error))?;
                         sensing::map(map, &names)
                     }));
                     continue;

@@ -9,7 +9,8 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
-use curionav_runtime::command::command_driver;
+use curionav_runtime::command::Commander;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lease::BaseLease;
@@ -35,10 +36,13 @@ const READY_TIMEOUT: Duration = Duration::from_secs(90);
 /// The simulated base stops by itself without a command for this long, seconds: its own watchdog.
 const COMMAND_AGE_MAX: f64 = 0.3;
 
+/// The role of simulators.
+pub(crate) const SIMULATOR: &str = "simulator";
+
 /// The streams of one robot.
 pub(crate) struct Streams {
-    session: Session,
-    robot: String,
+    /// How the driver is told what to do.
+    commander: Commander,
     /// Which driver the base obeys, and whether it is paused.
     lease: Arc<BaseLease>,
     missions: Arc<Inbox<Mission>>,
@@ -59,18 +63,18 @@ pub(crate) struct Streams {
 pub(crate) type Progress<'a> = &'a (dyn Fn(u64, f64, f64) + Send + Sync);
 
 impl Streams {
-    /// Those of `robot` and of a live crowd; what they refuse is added to `counts`.
+    /// Those of the robot of `config` and of a live crowd; what they refuse is added to `counts`.
     pub(crate) fn new(
         session: &Session,
-        robot: &str,
+        config: &ServiceConfig,
         lease: Arc<BaseLease>,
         crowd: LiveCrowd,
         counts: &Arc<ServeCounts>,
     ) -> anyhow::Result<Self> {
+        let robot = &config.robot;
         let people = keys::robot(robot, "people")?;
         Ok(Self {
-            session: session.clone(),
-            robot: robot.to_owned(),
+            commander: Commander::new(session, robot, &config.identity(SIMULATOR)?),
             missions: Arc::new(Inbox::counted(session, &keys::robot(robot, "mission")?, counts)?),
             beliefs: Latest::new(Inbox::counted(session, &keys::robot(robot, "belief")?, counts)?),
             decisions: Latest::new(Inbox::counted(session, &keys::robot(robot, "decision")?, counts)?),
@@ -122,7 +126,7 @@ impl Streams {
     }
 
     async fn request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
-        command_driver(&self.session, &self.robot, request, self.lease.number(), DRIVER_TIMEOUT).await
+        self.commander.command_driver(request, self.lease.number(), DRIVER_TIMEOUT).await
     }
 
     /// Gives the mission to the driver and waits until every required role is ready for it.
@@ -180,6 +184,7 @@ impl Streams {
     ) -> Result<Outcome, MissionEnd> {
         let realtime = mission.order.clock == Clock::Realtime;
         let lease = mission.lease;
+        let base = Arc::clone(&self.lease);
         let period = Duration::from_secs_f64(mission.order.tick_s / mission.order.time_scale);
         let mut pace = tokio::time::interval(period);
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -191,8 +196,8 @@ impl Streams {
             if realtime {
                 pace.tick().await;
             }
-            if self.lease.number() != lease {
-                return Err(failed("the driver that had the mission drives the robot no more"));
+            if base.number() != lease {
+                return Err(failed(ANOTHER_DRIVES));
             }
             if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last().or(said.take()) {
                 *mission = newest;
@@ -208,6 +213,8 @@ impl Streams {
             published.map_err(|reject| MissionEnd::WorldFailed { reject })?;
             let (belief, decisions, command) = tokio::select! {
                 answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
+                // A driver that was restarted knows nothing of the run, and would answer no tick of it.
+                () = another_drives(&base, lease) => return Err(failed(ANOTHER_DRIVES)),
                 () = end_of_mission(&missions, &mut said) => continue,
             };
             let truth = world.truth();
@@ -305,6 +312,17 @@ const BELIEF: &str = "belief from the localizer";
 const PEOPLE: &str = "people from the tracker";
 const DECISION: &str = "decision from the arbiter";
 const COMMAND: &str = "command from the driver";
+
+const ANOTHER_DRIVES: &str = "the driver that had the mission drives the robot no more";
+/// Between two looks at who drives, while a tick is awaited.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Completes once the base obeys another driver than that of this grant.
+async fn another_drives(base: &BaseLease, lease: u64) {
+    while base.number() == lease {
+        tokio::time::sleep(LOOK).await;
+    }
+}
 
 /// Why the run cannot go on, if its mission has ended.
 fn ended(mission: &Mission) -> Option<MissionEnd> {

@@ -18,7 +18,7 @@ use tokio::sync::{mpsc, watch};
 
 use crate::crowd::LiveCrowd;
 use crate::inject::{Prepared, prepare};
-use crate::run::Streams;
+use crate::run::{SIMULATOR, Streams};
 
 /// How often progress is published while a run goes on.
 const PROGRESS_PERIOD: Duration = Duration::from_millis(200);
@@ -56,10 +56,9 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             prepare(&request, &robot, &Fields::of_maps([])).map(|_| shown.borrow().clone())
         })?;
         let crowd = LiveCrowd::new(session, &config.world, &counts)?;
-        let (lease, _lease) =
-            BaseLease::serve(session, &config.robot, "simulator", &config.instance, &counts.refused)?;
-        let mut streams = Streams::new(session, &config.robot, lease, crowd, &counts)?;
-        let metrics = Metrics::of_robot("simulator", config);
+        let (lease, _lease) = BaseLease::serve(session, config, SIMULATOR, &counts.refused)?;
+        let mut streams = Streams::new(session, config, lease, crowd, &counts)?;
+        let metrics = Metrics::of_robot(SIMULATOR, config);
         let announced =
             announce_service(config, &[("data", session)], metrics, Arc::clone(&counts), Vec::new)?;
         on_ready(announced.metrics_address());

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use curionav_planning::random::{Rng, rng, uniform};
 use curionav_runtime::command::lease_of;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::lockstep::LOCKSTEP_PATIENCE;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;
 use curionav_schemas::{Lease, Message, Mission, MissionState, Twist, keys};
@@ -183,6 +184,31 @@ fn a_pause_is_taken_without_a_mission_and_outlives_orders_and_drivers() {
     let mut run = site.run();
     let _ = run.kill();
     let _ = run.wait();
+}
+
+#[test]
+fn a_lockstep_run_whose_driver_died_ends_once_another_drives_and_the_world_takes_the_next() {
+    let _turn = turn();
+    let site = Site::start();
+    let first = site.driver("a", &[]);
+    assert!(comes_true(|| site.is_held_by("a")));
+    let of = ["run", "scenarios/paper/env4-s2.toml", "--connect", site.at()];
+    let mut run = command(&of).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    assert!(comes_true(|| !site.moving.lock().unwrap().is_empty()), "the run does not begin to drive");
+    drop(first);
+    let _second = site.driver("b", &[]);
+    assert!(comes_true(|| site.is_held_by("b")));
+    let taken = Instant::now();
+    let status = wait(&mut run, REFUSED).expect("the run goes on without its driver");
+    println!(
+        "the run was over {:.1} s after another driver had taken the robot",
+        taken.elapsed().as_secs_f64()
+    );
+    assert!(taken.elapsed() < LOCKSTEP_PATIENCE / 2, "{:?}", taken.elapsed());
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut run.stderr.take().unwrap(), &mut said).unwrap();
+    assert!(!status.success() && said.contains("drives the robot no more"), "{status:?}: {said}");
+    assert_eq!(curionav(&["run", QUICK, "--connect", site.at()]).status.code(), Some(0));
 }
 
 /// One of so many.

@@ -15,6 +15,7 @@ pub(crate) mod program;
 mod real_inputs;
 mod recording;
 mod renewal;
+mod rights;
 mod scale;
 mod scenarios;
 mod secure;

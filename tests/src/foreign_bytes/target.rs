@@ -1,5 +1,6 @@
 //! The key table of `schemas/README.md`, and who must count what is sent to each key.
 
+use curionav_schemas::keys::Commanded;
 use curionav_schemas::{MapId, keys};
 
 /// Role and instance of one of every service, as `curionav up` names them.
@@ -45,7 +46,7 @@ pub(super) fn all(map: &MapId) -> Vec<Target> {
         put(world("people"), "people", &[]),
         put(world("run"), "run_status", &[]),
         ask(robot("mission"), None, &["driver"]),
-        ask(keys::mission_command("robot").unwrap(), Some("mission_command"), &["driver"]),
+        ask(Commanded::Mission.by("robot", "operator").unwrap(), Some("mission_command"), &["driver"]),
         ask(keys::mission_ready("robot").unwrap(), Some("readiness"), &["driver"]),
         ask(robot("decision"), None, &["driver"]),
         ask(

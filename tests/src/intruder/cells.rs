@@ -43,8 +43,9 @@ impl Deed {
 /// for all robots, as the declarations of others may have wildcards.
 pub(super) fn expected(name: &Name, deed: Deed, key: &str) -> bool {
     let wide = |verb: Verb| {
-        let robot = |key: &str| key.replace("/robot/r2/", "/robot/r1/").replace("/robot/x/", "/robot/r1/");
-        is_concrete(key) && name.may(verb, &robot(key), None)
+        let others = ["/robot/r2/", "/robot/r3/", "/robot/x/"];
+        let of_r1 = others.iter().fold(key.to_owned(), |key, other| key.replace(other, "/robot/r1/"));
+        is_concrete(key) && name.may(verb, &of_r1, None)
     };
     match deed {
         Deed::Put => name.may(Verb::Put, key, None),
@@ -77,10 +78,12 @@ impl Cells {
     pub(super) fn new(names: &[Name]) -> Self {
         let mut keys = BTreeSet::new();
         for name in names {
-            for key in TABLE.iter().flat_map(|row| row.rights).chain(OF_SERVICES).flat_map(|right| right.keys)
-            {
-                let filled = name.fill(key);
-                if !filled.contains('{') {
+            let of_all = TABLE.iter().flat_map(|row| row.rights).chain(OF_SERVICES);
+            let of_all = of_all.flat_map(|right| right.keys).filter(|key| !key.contains("{self}"));
+            // A key that names its asker is tried by everyone, for everyone who may ask on it.
+            let own = name.rights().flat_map(|right| right.keys).filter(|key| key.contains("{self}"));
+            for key in of_all.chain(own) {
+                for filled in name.fill(key).into_iter().filter(|filled| !filled.contains('{')) {
                     keys.insert(filled.replace('*', "x"));
                     keys.insert(filled.replace("/r1", "/r2").replace('*', "x"));
                     keys.insert(filled);

@@ -15,11 +15,15 @@ use zenoh::{Config, Session, Wait};
 use crate::certificates::issued;
 
 /// What names are made of.
-pub(super) const PARTS: [(&str, &str); 3] = [("robot", "r1"), ("world", "w"), ("instance", "i")];
+pub(super) const PARTS: [(&str, &str); 4] =
+    [("robot", "r1"), ("robots", "r1"), ("world", "w"), ("instance", "i")];
+
+/// The robots of the ward: one that the other names are for, and one that they are not for.
+pub(super) const WARD: [&str; 2] = ["r1", "r3"];
 
 pub(super) struct Site {
     directory: TempDir,
-    /// One of every row of the table.
+    /// One of every row of the table, and two that list several robots.
     pub(super) names: Vec<Name>,
     runtime: tokio::runtime::Runtime,
 }
@@ -39,13 +43,15 @@ impl Drop for Router {
 impl Site {
     pub(super) fn new() -> Self {
         let part = |what: &&str| PARTS.iter().find(|part| part.0 == *what).unwrap().1;
-        let names: Vec<Name> = TABLE
-            .iter()
-            .map(|row| {
-                let role = if row.role == "{term}" { "cpc" } else { row.role };
-                Name::new(role, &row.names.iter().map(part).collect::<Vec<_>>()).unwrap()
-            })
-            .collect();
+        let of_rows = TABLE.iter().map(|row| {
+            let role = if row.role == "{term}" { "cpc" } else { row.role };
+            Name::new(role, &row.names.iter().map(part).collect::<Vec<_>>()).unwrap()
+        });
+        let groups = ["operator.ward", "viewer.ward"].map(|text| {
+            let robots = WARD.map(str::to_owned);
+            text.parse::<Name>().unwrap().for_robots(&robots).unwrap()
+        });
+        let names: Vec<Name> = of_rows.chain(groups).collect();
         let directory = issued(names.clone(), &[]);
         Self { directory, names, runtime: tokio::runtime::Runtime::new().unwrap() }
     }

@@ -3,6 +3,8 @@
 
 mod base;
 mod begins_anew;
+mod goals;
 mod hostile;
+mod localizers;
 mod missions;
 mod test_bench;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_runtime::command::command_driver;
+use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
@@ -50,25 +50,35 @@ impl TestBench {
     /// The same with this configuration.
     pub(super) async fn configured(services: &[Service], config: ServiceConfig) -> Self {
         let session = session::embedded().await.unwrap();
-        let (lease, _lease) = BaseLease::serve(&session, ROBOT, "base", "a", &refusals()).unwrap();
+        let (lease, _lease) = BaseLease::serve(&session, &config, "base", &refusals()).unwrap();
         let services_at_work = JoinSet::new();
         let triggers = Vec::new();
         let mut bench = Self { session, services: services_at_work, triggers, map: None, lease, _lease };
         for service in services {
-            let (trigger, token) = shutdown();
-            let (ready, is_ready) = tokio::sync::oneshot::channel();
-            let config = config.clone();
-            let (service, session) = (*service, bench.session.clone());
-            let fields = Fields::new(&session);
-            bench.triggers.push(trigger);
-            bench.services.spawn(async move {
-                let on_ready = Box::new(move |_| ready.send(()).unwrap());
-                let (config, session, fields) = (&config, &session, &fields);
-                service(Start { config, session, fields, shutdown: token, on_ready }).await
-            });
-            is_ready.await.unwrap();
+            bench.add(*service, config.clone()).await;
         }
         bench
+    }
+
+    /// Starts one more, and waits until it serves.
+    pub(super) async fn add(&mut self, service: Service, config: ServiceConfig) {
+        let (trigger, token) = shutdown();
+        let (ready, is_ready) = tokio::sync::oneshot::channel();
+        let session = self.session.clone();
+        let fields = Fields::new(&session);
+        self.triggers.push(trigger);
+        self.services.spawn(async move {
+            let on_ready = Box::new(move |_| ready.send(()).unwrap());
+            let (config, session, fields) = (&config, &session, &fields);
+            service(Start { config, session, fields, shutdown: token, on_ready }).await
+        });
+        is_ready.await.unwrap();
+    }
+
+    /// Ends one of them, counted from 0 in the order in which they were started, and waits until it has.
+    pub(super) async fn end_one(&mut self, index: usize) {
+        self.triggers[index].fire();
+        self.services.join_next().await.unwrap().unwrap().unwrap();
     }
 
     /// Serves the map of the corridor.
@@ -99,7 +109,8 @@ impl TestBench {
 
     /// What the driver answers to a command.
     pub(super) async fn try_request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
-        command_driver(&self.session, ROBOT, request, self.lease.number(), LIMIT).await
+        let commander = Commander::new(&self.session, ROBOT, "operator");
+        commander.command_driver(request, self.lease.number(), LIMIT).await
     }
 
     /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that

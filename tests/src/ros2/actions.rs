@@ -7,21 +7,21 @@ use super::peer::Peer;
 use super::robot::{Robot, goal};
 use super::site::{in_turn, robots_router, services};
 
-const SUCCEEDED: i8 = 4;
+pub(super) const SUCCEEDED: i8 = 4;
 const CANCELED: i8 = 5;
 const ABORTED: i8 = 6;
 
-fn action(name: &str) -> String {
+pub(super) fn action(name: &str) -> String {
     format!("navigate_to_pose/_action/{name}")
 }
 
-async fn send(peer: &Peer, id: u8, frame: &str, (x, y): (f64, f64)) -> bool {
+pub(super) async fn send(peer: &Peer, id: u8, frame: &str, (x, y): (f64, f64)) -> bool {
     let goal = ros::NavigatingTo { pose: goal(frame, x, y), behavior_tree: String::new() };
     let request = ros::SendGoalRequest { goal_id: [id; 16], goal };
     peer.call::<_, ros::SendGoalResponse>(&action("send_goal"), &request).await.accepted
 }
 
-async fn result(peer: &Peer, id: u8) -> ros::GetResultResponse {
+pub(super) async fn result(peer: &Peer, id: u8) -> ros::GetResultResponse {
     peer.call(&action("get_result"), &ros::GetResultRequest { goal_id: [id; 16] }).await
 }
 
@@ -43,6 +43,9 @@ fn goals_are_accepted_refused_replaced_canceled_and_reached() {
         robot.say_pose();
         let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
         poses.that(|_| true).await;
+        // One who comes late is told as well.
+        let late = another.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::LATCHED);
+        late.that(|_| true).await;
         assert!(!send(&client, 2, "kitchen", (3.5, 4.2)).await, "no transform leads to the kitchen");
         assert_eq!(result(&client, 2).await.status, 0, "what was refused is not known");
 

@@ -8,3 +8,5 @@ mod peer;
 mod robot;
 mod safety;
 mod site;
+mod stalled;
+mod too_large;

@@ -9,7 +9,8 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::sensor::LaserModel;
 use curionav_pool::context::PlanContext;
-use curionav_runtime::command::command_driver;
+use curionav_runtime::command::Commander;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lease::{BaseLease, LeaseServers};
 use curionav_runtime::query::fetch;
@@ -93,7 +94,8 @@ impl Robot {
         let mission = missions[0].clone();
         let prepare = |mission| Arc::new(PlanContext::new(mission, &fields, true).unwrap());
         let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), drive));
-        let (lease, _lease) = BaseLease::serve(&links.base, name, "base", "a", &refusals()).unwrap();
+        let config = ServiceConfig { robot: name.to_owned(), ..ServiceConfig::default() };
+        let (lease, _lease) = BaseLease::serve(&links.base, &config, "base", &refusals()).unwrap();
         Self {
             links,
             eyes,
@@ -141,8 +143,8 @@ impl Robot {
         let timeout = Duration::from_secs(2);
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
-            let link = &self.links.operator;
-            let asked = command_driver(link, self.name(), request, self.lease.number(), timeout);
+            let operator = Commander::new(&self.links.operator, self.name(), "operator");
+            let asked = operator.command_driver(request, self.lease.number(), timeout);
             if asked.await.is_ok() {
                 return;
             }

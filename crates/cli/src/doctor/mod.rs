@@ -17,7 +17,7 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, EXAMINES};
+use crate::connect::{ConnectOptions, EXAMINES, is_of, robots_of};
 use crate::denied::{denied, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
@@ -56,7 +56,10 @@ fn parse_listen(text: &str) -> Result<f64, String> {
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     let robot = options.robot.as_deref().map_or(Ok(()), keys::check_id);
     robot.map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
-    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config(&EXAMINES)? };
+    let config = ServiceConfig {
+        connect_timeout_s: CONNECT_TIMEOUT_S,
+        ..options.at.config(&EXAMINES, options.robot.as_deref())?
+    };
     let session = match session::client(&config).await {
         Ok(session) => session,
         Err(error @ SessionError::NoRouter { .. }) => {
@@ -86,21 +89,23 @@ async fn examine(
     config: &ServiceConfig,
     session: &Session,
 ) -> anyhow::Result<Vec<Finding>> {
-    let mut findings = rights::examine(config);
+    let mut findings = rights::examine(config, options.robot.as_deref());
     let routers = routers(config).await?;
     findings.push(router::examine(config, session, &routers).await?);
     findings
         .extend(denied(&routers).iter().map(|one| Finding::note("denied", one.words(), one.missing_right())));
+    let listed = robots_of(config);
     let mut instances = Vec::new();
     for (role, names) in &members(session).await? {
         for name in names {
-            instances.push(Instance::ask(session, role, name).await?);
+            let instance = Instance::ask(session, role, name).await?;
+            instances.extend(is_of(instance.alive().status, &listed).then_some(instance));
         }
     }
     let alive: Vec<Alive<'_>> = instances.iter().map(Instance::alive).collect();
     let robots = match &options.robot {
         Some(robot) => BTreeSet::from([robot.clone()]),
-        None => required_roles::robots(&alive),
+        None => required_roles::robots(&alive, &listed),
     };
     let mut missions = Vec::new();
     for robot in &robots {

@@ -8,8 +8,8 @@ use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, LOOKS};
-use curionav_recording::{Recorder, Scope, Tally, recover};
+use crate::connect::{ConnectOptions, LOOKS, robots_of};
+use curionav_recording::{Recorder, Scope, Tally, Worlds, recover};
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 use curionav_runtime::print::note;
 
@@ -50,8 +50,12 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         return Ok(if recovery.is_loss() { FAILED } else { SUCCESS });
     }
     let mut signals = on_signals().map_err(Exit::network)?;
-    let session = options.at.session(&LOOKS).await?;
-    let scope = Scope { robot: options.robot, world: None };
+    let config = options.at.config(&LOOKS, options.robot.as_deref())?;
+    let session = session::client(&config).await?;
+    let listed = robots_of(&config);
+    let worlds = if listed.is_empty() { Worlds::All } else { Worlds::None };
+    let robots = options.robot.map_or(listed, |robot| vec![robot]);
+    let scope = Scope { robots, worlds };
     let recording = async {
         let mut recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input)?;
         note(format_args!("recording into {}; Ctrl-C ends it", options.path.display()));
@@ -78,7 +82,7 @@ pub(crate) async fn during<T>(
     config: &ServiceConfig,
     run: impl Future<Output = Result<T, Exit>>,
 ) -> Result<(T, Result<(), Exit>), Exit> {
-    let scope = Scope { robot: Some(config.robot.clone()), world: Some(config.world.clone()) };
+    let scope = Scope { robots: vec![config.robot.clone()], worlds: Worlds::Only(config.world.clone()) };
     let recorder = Recorder::start(session, path, &scope).map_err(Exit::bad_input)?;
     let finished = run.await;
     let recording = recorder.finish().await.map_err(Exit::failed);

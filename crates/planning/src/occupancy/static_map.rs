@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::geometry::Point2;
 use crate::occupancy::{DistanceField, OccupancyGrid};
 use crate::workers::{Alone, Workers};
 
@@ -41,6 +42,21 @@ impl StaticMap {
         Self::by(&Alone, grid)
     }
 
+    /// The most room, metres, to what a robot must not touch that any place within `reach` metres of `p` has; none if
+    /// `p` is not on the map. It is never too little: from the centre of its cell a place is half a diagonal away at
+    /// most, and an obstacle reaches half a cell at least from the centre of its own.
+    pub fn most_room(&self, p: Point2, reach: f64) -> Option<f64> {
+        let grid = &self.grid;
+        let (column, row) = grid.locate(p)?;
+        let half_diagonal = std::f64::consts::FRAC_1_SQRT_2 * grid.resolution();
+        let beyond_centres = half_diagonal - 0.5 * grid.resolution();
+        let cells = (reach / grid.resolution()).ceil() as usize + 1;
+        let near = grid.around(column, row, cells);
+        let near = near.filter(|&(c, r)| grid.centre(c, r).distance(p) <= reach + 1.001 * half_diagonal);
+        let room = near.map(|(c, r)| self.to_obstacle.cell(grid.index(c, r))).fold(0.0, f64::max);
+        Some(if room > 0.0 { room + beyond_centres } else { 0.0 })
+    }
+
     /// The same, in pieces that `workers` do.
     pub fn by(workers: &dyn Workers, grid: OccupancyGrid) -> Self {
         let mut to_obstacle = None;
@@ -52,5 +68,40 @@ impl StaticMap {
         let to_obstacle = Arc::new(to_obstacle.unwrap_or_else(|| DistanceField::to_obstacle(&grid)));
         let to_occupied = Arc::new(to_occupied.unwrap_or_else(|| DistanceField::to_occupied(&grid)));
         Self { grid: Arc::new(grid), to_obstacle, to_occupied }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+
+    /// 4 m by 2 m in cells of 5 cm: the right half is a wall, and the upper half of the left one unknown.
+    fn map() -> StaticMap {
+        let cell = |i: usize| match (i % 80, i / 80) {
+            (40.., _) => 100,
+            (_, 20..) => -1,
+            _ => 0,
+        };
+        StaticMap::new(
+            OccupancyGrid::new(80, 40, 0.05, Pose2::default(), (0..80 * 40).map(cell).collect()).unwrap(),
+        )
+    }
+
+    #[test]
+    fn room_is_where_neither_walls_nor_unknown_floor_are_and_never_too_little() {
+        let map = map();
+        let most = |x: f64, y: f64, reach: f64| map.most_room(Point2::new(x, y), reach).unwrap();
+        // Half a metre from both; the border of the grid is no wall here.
+        let here = most(1.5, 0.5, 0.0);
+        assert!((0.5..0.65).contains(&here), "{here}");
+        // In the wall and in the unknown, and as far as free floor is in reach.
+        for (x, y) in [(3.0, 0.5), (1.0, 1.5)] {
+            assert_eq!(most(x, y, 0.2), 0.0, "({x}, {y})");
+        }
+        let through = most(2.3, 0.5, 0.5);
+        assert!((0.2..0.35).contains(&through), "{through}");
+        assert!(most(2.3, 0.5, 0.9) > 0.5);
+        assert_eq!(map.most_room(Point2::new(-0.1, 0.5), 0.5), None);
     }
 }

@@ -20,6 +20,9 @@ use crate::terms::{self, DerivedFields, Task};
 /// of a seed, so that no tree draws what another draws at another tick.
 const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
 
+/// Between two places at which the room on a way is looked up, metres: less than any robot is wide.
+const WAY_SPACING: f64 = 0.05;
+
 /// A goal made ready: fields derived, generator found, evaluators built.
 pub struct Course {
     /// How to plan.
@@ -98,6 +101,13 @@ impl Course {
     /// Whether there is a way to the goal from `start` on the map.
     pub fn has_way(&self, start: Point2) -> bool {
         self.geodesic.at(start).is_finite()
+    }
+
+    /// The least room that the way from `start` has to walls and unknown floor on the map, metres, as far as the
+    /// centres of its cells say; infinite where there is no way.
+    pub fn narrowest(&self, start: Point2) -> f64 {
+        let way = self.geodesic.descend(start, WAY_SPACING);
+        way.iter().map(|p| self.map.to_obstacle.at(&self.map.grid, *p)).fold(f64::INFINITY, f64::min)
     }
 
     /// What the arbitration of `candidates` in `scene` depends on.

@@ -93,7 +93,7 @@ async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let robot = options.robot.as_deref().unwrap_or_default();
     let key = keys::robot(robot, "report").map_err(Exit::bad_input)?;
     let cycle = options.cycle;
-    let session = options.at.session(&LOOKS).await?;
+    let session = options.at.session(&LOOKS, Some(robot)).await?;
     let listening = async {
         let reports = Inbox::<CycleReport>::new(&session, &key).map_err(Exit::network)?;
         loop {
