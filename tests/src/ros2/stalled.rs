@@ -20,7 +20,8 @@ use super::site::{in_turn, services};
 const STALL: Duration = Duration::from_secs(10);
 /// A robot is localised within it.
 const SOON: Duration = Duration::from_secs(60);
-const AGAIN: Duration = Duration::from_secs(1);
+/// Each pose makes the mission anew, and the services prepare for it within this.
+const AGAIN: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A router that waits for 60 s for a sign of life, as `rmw_zenohd` does, and where it listens.
