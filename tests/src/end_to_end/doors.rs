@@ -264,6 +264,8 @@ fn a_door_is_passed_or_said_to_be_too_narrow() {
         }
     }
     room.put("room.pgm", door(13));
+    room.assert_checked(true, &["the way is too narrow", "about 0.65 m at"]);
+    room.put("room.pgm", door(11));
     room.assert_checked(false, &["robot.goal: cannot be reached"]);
 }
 

@@ -80,13 +80,12 @@ impl Scenario {
         if passes(radius + wall_margin) {
             return None;
         }
-        let mut widest = radius;
-        let mut too_wide = radius + wall_margin;
-        for _ in 0..BISECTIONS {
-            let between = 0.5 * (widest + too_wide);
-            if passes(between) { widest = between } else { too_wide = between }
-        }
         let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
+        let half_width = if passes(radius) {
+            widest(radius, radius + wall_margin, passes) + diagonal
+        } else {
+            widest(radius, radius + diagonal, |radius| passes_exactly(map, start, self.robot.goal, radius))
+        };
         let within = reachable(map, start, radius + wall_margin, |_| false);
         let index = |p: Point2| map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
         let room = |p: &Point2| map.to_obstacle.clearance(&map.grid, *p);
@@ -97,8 +96,17 @@ impl Scenario {
         // Points and the cells that they lie in differ by no more than a diagonal.
         let narrow = beyond.take_while(|p| room(p) < half + diagonal);
         let at = narrow.min_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(self.robot.goal);
-        Some(NarrowPlace { at, width: 2.0 * (widest + diagonal), needed: 2.0 * half })
+        Some(NarrowPlace { at, width: 2.0 * half_width, needed: 2.0 * half })
     }
+}
+
+/// The greatest radius that passes, if `least` does and `most` does not.
+fn widest(mut least: f64, mut most: f64, passes: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..BISECTIONS {
+        let between = 0.5 * (least + most);
+        if passes(between) { least = between } else { most = between }
+    }
+    least
 }
 
 fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<(), FieldError> {
@@ -219,6 +227,9 @@ mod tests {
         let narrow = scenario.too_narrow(&two_rooms(9), 0.1).unwrap();
         assert!((narrow.needed - 1.083).abs() < 1e-3 && (narrow.width - 1.0).abs() < 1e-3, "{narrow:?}");
         assert!((narrow.at.x - 5.05).abs() < 0.5 && (narrow.at.y - 4.45).abs() < 0.3, "{narrow:?}");
+        // By cells the robot does not fit through seven of them, and in truth it has 0.05 m on both sides.
+        let tight = scenario.too_narrow(&two_rooms(7), 0.1).unwrap();
+        assert!((tight.width - 0.7).abs() < 1e-2, "{tight:?}");
         assert_eq!(scenario.too_narrow(&two_rooms(20), 0.5), None);
         assert!(scenario.too_narrow(&two_rooms(20), 0.7).is_some());
     }
