@@ -82,8 +82,8 @@ def test_a_base_grants_pauses_and_admits(session: zenoh.Session, caplog: pytest.
     reply = ask(session, f"{key}/lease/request/driver.r1.a", wish("a", 0, "hold"))
     assert reply.ok is not None
     number = Lease.decode(reply.ok.payload.to_bytes()).lease
-    nobody = ask(session, f"{key}/lease/request/*", wish("a", number, "release"))
-    assert nobody.err is not None and b"wrong_commander" in nobody.err.payload.to_bytes()
+    unnamed = ask(session, f"{key}/lease/request/*", wish("a", number, "release"))
+    assert unnamed.err is not None and b"wrong_commander" in unnamed.err.payload.to_bytes()
     refused = ask(session, f"{key}/lease/request/driver.r1.b", wish("b", 0, "hold"))
     assert refused.ok is None and refused.err is not None
     twist = Twist.decode(golden("twist"))

@@ -7,8 +7,7 @@
 //!
 //! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `crowds` (who is
 //! drawn), `surroundings` with `things`, `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and
-//! `perception`), [`measures`] and
-//! [`outcome`] (how it went). The crate `curionav-lab` draws the scenes of the paper.
+//! `perception`), [`measures`] and [`outcome`] (how it went). The crate `curionav-lab` draws the scenes of the paper.
 
 mod avoiding;
 mod beams;

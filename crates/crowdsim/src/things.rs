@@ -45,7 +45,7 @@ impl Things {
         let mut changed = false;
         for thing in &mut self.all {
             changed |= thing.comes_or_goes(time, robot, radius) && thing.pushed.is_none();
-            thing.is_pushed_on(dt, robot, radius);
+            thing.push_on(dt, robot, radius);
         }
         changed
     }
@@ -98,11 +98,10 @@ impl Things {
     pub(crate) fn shorten(&self, beams: &mut Beams<'_>, laser: Pose2, random: &mut Rng) {
         for thing in self.there().filter(|thing| !thing.low) {
             let pose = laser.relative(thing.pose);
-            let passes = |_| thing.glass > 0.0 && uniform(random) < thing.glass;
-            let passed: Vec<bool> = (0..beams.len()).map(passes).collect();
+            let passed = thing.draw_passed(beams.len(), random);
             let skin = Skin::new(&thing.outline, pose);
             beams.shorten(pose.position(), thing.shape.circumscribed_radius(), |beam, direction| {
-                if passed[beam] { f64::INFINITY } else { skin.range(direction) }
+                if passed.get(beam) == Some(&true) { f64::INFINITY } else { skin.range(direction) }
             });
         }
     }
@@ -148,16 +147,23 @@ impl Thing {
         }
     }
 
+    /// For each of so many beams, whether it passes through; nothing if none does.
+    fn draw_passed(&self, beams: usize, random: &mut Rng) -> Vec<bool> {
+        let drawn = if self.glass > 0.0 { beams } else { 0 };
+        (0..drawn).map(|_| uniform(random) < self.glass).collect()
+    }
+
     /// Whether it has come or gone.
     fn comes_or_goes(&mut self, time: f64, robot: Point2, radius: f64) -> bool {
         let was = self.is_there;
         let is_due = (self.stay.0..self.stay.1).contains(&time);
-        // Nobody puts a thing down where the robot is.
+        // A thing is not put down where the robot is.
         self.is_there = is_due && (was || self.shape.distance_to_point(self.pose, robot) > radius);
         was != self.is_there
     }
 
-    fn is_pushed_on(&mut self, dt: f64, robot: Point2, radius: f64) {
+    /// Pushes it on for `dt` seconds, if it is there to be pushed.
+    fn push_on(&mut self, dt: f64, robot: Point2, radius: f64) {
         let Some(pushed) = self.pushed.as_mut().filter(|_| self.is_there) else { return };
         pushed.step(dt, robot, self.shape.circumscribed_radius() + radius + WAITING_MARGIN);
         let at = pushed.position();

@@ -160,7 +160,7 @@ impl World {
         world.people = world.all_people();
         world.plant.pose = world.draw_start();
         world.start_is_clear()?;
-        world.is_carried(f64::NEG_INFINITY);
+        world.carry(f64::NEG_INFINITY);
         world.unavoidable = world.overlapping().map(|i| world.people.id[i]).collect();
         Ok(world)
     }
@@ -253,15 +253,19 @@ impl World {
 
     fn scan(&self, faults: &LaserFaults) -> Vec<f32> {
         let laser = &self.scenario.laser;
-        let moment = self.seen_late(faults.late_s);
         let [x, y, heading] = faults.moved;
         let mounted = laser.robot_from_laser.compose(Pose2::new(x, y, heading));
-        let view = View {
-            laser,
-            at: moment.robot.compose(mounted),
-            walls: self.around.walls(),
-            people: &moment.bodies,
-            things: &moment.things,
+        let walls = self.around.walls();
+        let now = self.bodies();
+        let view = match self.seen_late(faults.late_s) {
+            Some(then) => {
+                let at = then.robot.compose(mounted);
+                View { laser, at, walls, people: &then.bodies, things: &then.things }
+            }
+            None => {
+                let at = self.plant.pose.compose(mounted);
+                View { laser, at, walls, people: &now, things: self.around.things() }
+            }
         };
         // The root of a square is not always the number.
         let is_noisy = faults.noise_m > 0.0;
@@ -276,15 +280,10 @@ impl World {
         ranges
     }
 
-    /// What was before the laser `late` seconds ago; at the start if that is longer ago.
-    fn seen_late(&self, late: f64) -> Moment {
+    /// What was before the laser `late` seconds ago, or at the start if that is longer ago; nothing if that is now.
+    fn seen_late(&self, late: f64) -> Option<&Moment> {
         let ticks = (late / self.scenario.clock.tick_s).round() as usize;
-        let then = ticks.checked_sub(1).and_then(|ago| self.past.get(ago).or(self.past.back()));
-        then.cloned().unwrap_or_else(|| self.moment())
-    }
-
-    fn moment(&self) -> Moment {
-        Moment { robot: self.plant.pose, bodies: self.bodies(), things: self.around.things().clone() }
+        ticks.checked_sub(1).and_then(|ago| self.past.get(ago).or(self.past.back()))
     }
 
     /// Remembers what is before the laser for as long as any scan is late.
@@ -293,7 +292,8 @@ impl World {
         let faults = std::iter::once(self.scenario.laser_faults).chain(events);
         let latest = faults.map(|faults| faults.late_s).fold(0.0, f64::max);
         if latest > 0.0 {
-            self.past.push_front(self.moment());
+            let things = self.around.things().clone();
+            self.past.push_front(Moment { robot: self.plant.pose, bodies: self.bodies(), things });
             self.past.truncate((latest / self.scenario.clock.tick_s).round() as usize);
         }
     }
@@ -335,12 +335,12 @@ impl World {
         self.tick += 1;
         let here = self.plant.pose.position();
         self.around.step(self.time(), dt, here, self.plant.radius());
-        self.is_carried(before);
+        self.carry(before);
         self.renew_people();
     }
 
     /// Carries the robot where an event after `before`, and up to now, has it.
-    fn is_carried(&mut self, before: f64) {
+    fn carry(&mut self, before: f64) {
         let now = self.time();
         let due = self.scenario.world.events.iter().filter(|event| before < event.at_s && event.at_s <= now);
         if let Some(place) = due.filter_map(WorldEvent::place).next_back() {

@@ -93,8 +93,8 @@ pub async fn follow(
     Ok(Finished { result, reports: kept, map })
 }
 
-/// Waits for the reports of a run that has ended until there are `cycles` of them: what is said of the run overtakes what
-/// is said of its last cycles. In real time reports may be lost.
+/// Waits for the reports of a run that has ended until there are `cycles` of them: what is said of the run overtakes
+/// what is said of its last cycles. In real time reports may be lost.
 async fn await_last(inbox: &Inbox<CycleReport>, kept: &mut Vec<CycleReport>, cycles: usize) {
     let deadline = Instant::now() + LAST_REPORTS;
     while kept.len() < cycles {

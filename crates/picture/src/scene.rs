@@ -95,7 +95,8 @@ pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
     file(&document(name, (width, height), definitions).add(heading).add(plan).add(words))
 }
 
-const LEGEND_OF_THINGS: &str = "Ochre: things on no map, dashed if they come, go or are pushed. White, dotted: walls of the map that are gone.";
+const LEGEND_OF_THINGS: &str =
+    "Ochre: things on no map, dashed if they come, go or are pushed. Dotted: walls of the map that are gone.";
 const LEGEND: [&str; 2] = [
     "Ring: start. Star: goal. Dashed: shortest path. Discs: people at the start, with 0.8 s of their way.",
     "Thin lines: their routes. Blue: free, with no landmark within the laser's range.",

@@ -20,7 +20,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// Writes down what a service is commanded. Clones count together.
 #[derive(Debug, Clone)]
 pub struct CommandLog {
-    /// Whether the router lets nobody command under a name but the holder of that certificate.
+    /// Whether the router lets only the holder of a certificate command under its name.
     is_proven: bool,
     written: Arc<Mutex<Written>>,
 }

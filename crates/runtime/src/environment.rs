@@ -3,8 +3,8 @@
 //! **Zenoh's threads**: so many that a link that is lost does not hold up those that are left. Zenoh closes a TCP link
 //! with a linger of ten seconds, which nothing configures. While what was last sent on a link that is cut waits to be
 //! acknowledged, closing it blocks one of the few threads that read and write for all links: a router that lost two or
-//! three clients at once stood still for ten seconds. The single thread that lets clients in was held up in the same way
-//! by strangers: it closed 100 idle sockets per second, and took 20 s for 2,000.
+//! three clients at once stood still for ten seconds. The single thread that lets clients in was held up in the same
+//! way by strangers: it closed 100 idle sockets per second, and took 20 s for 2,000.
 //!
 //! **The allocator's arenas**: one. By default the threads of a process share up to eight arenas per processor (glibc),
 //! and each of them keeps what it once needed: with every router that is lost and comes back a service took some 50 KB

@@ -11,7 +11,7 @@ use zenoh::query::Query;
 /// Who the last chunk of a question's key names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Askers {
-    /// Nobody.
+    /// The chunk names no asker.
     Unnamed,
     /// A robot: the server is one of a pool.
     Robots,
@@ -55,7 +55,7 @@ pub(crate) fn payload(query: &Query) -> Cow<'_, [u8]> {
 }
 
 impl Served {
-    /// Who asks: the last chunk of the query's key, or the empty name where that names nobody.
+    /// Who asks: the last chunk of the query's key, or the empty name where that names no asker.
     ///
     /// # Errors
     /// If the chunk is no such name.

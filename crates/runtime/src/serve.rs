@@ -230,7 +230,7 @@ pub fn serve<Q: Message, A: Message>(
 /// Who asks, and since when.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
-    /// The robot, or the one who commands; empty where the key names nobody.
+    /// The robot, or the one who commands; empty where the key names neither.
     pub name: &'a str,
     /// When it came.
     pub came: Instant,
@@ -256,7 +256,7 @@ pub fn serve_in_time<Q: Message, A: Message>(
 }
 
 /// Answers the commands of one kind to `robot`. `handler` is also told who gives one. Those who command are served in
-/// turn, so that nobody's flood holds up another.
+/// turn, so that a flood of one holds up no other.
 pub fn serve_commands<Q: Message, A: Message>(
     session: &Session,
     robot: &str,

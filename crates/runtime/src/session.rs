@@ -25,9 +25,11 @@ const COMMON: &str = r#"{
   adminspace: { enabled: false },
   transport: {
     unicast: { open_timeout: 1000, accept_timeout: 2000, accept_pending: 4096 },
-    link: { tx: { lease: 1000, keep_alive: 4, queue: { size: { real_time: 8, interactive_low: 16 }, congestion_control: {
-      block: { wait_before_close: 500000 },
-      drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
+    link: { tx: { lease: 1000, keep_alive: 4, queue: {
+      size: { real_time: 8, interactive_low: 16 },
+      congestion_control: {
+        block: { wait_before_close: 500000 },
+        drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
       rx: { max_message_size: 67174400 } },
     shared_memory: { enabled: false } } }"#;
 

@@ -54,7 +54,7 @@ mod tests {
         assert_eq!(who(Verb::Put, &cmd), ["driver.r1.x"]);
         assert_eq!(who(Verb::Serve, &Commanded::Mission.from_all("r1").unwrap()), ["driver.r1.x"]);
         for name in everyone() {
-            // Each under its own name, and nobody under that of another.
+            // Each under its own name, and none under that of another.
             let by = name.to_string();
             let may = ["ros2-gateway.r1.x", "simulator.w.r1.x", "operator", "experimenter", "operator.r1"];
             let expected: Vec<&str> = may.into_iter().filter(|one| *one == by).collect();

@@ -1,7 +1,7 @@
 //! The table of rights. What is not in it is denied.
 //!
 //! Keys are written without `curionav/@v1/` and with names in braces, which a certificate's name gives: `driver.r1` may
-//! put `robot/r1/cmd`. `{self}` is the whole name, so that nobody commands under the name of another; `{robots}` is
+//! put `robot/r1/cmd`. `{self}` is the whole name, so that none commands under the name of another; `{robots}` is
 //! each robot that the certificate lists.
 
 pub use crate::right::{ROBOTS, Right, Row, Space, Verb};

@@ -20,8 +20,8 @@ use super::program::{
 
 const QUICK: &str = "scenarios/quickstart.toml";
 const VIEWERS: usize = 20;
-/// Between two commands, in the robot's time: two ticks, and what a machine adds at times that others use as well. A gap
-/// of 0.32 s was seen without any viewer. One viewer that is waited for makes one of 0.6 s.
+/// Between two commands, in the robot's time: two ticks, and what a machine adds at times that others use as well. A
+/// gap of 0.32 s was seen without any viewer. One viewer that is waited for makes one of 0.6 s.
 const GAP_MAX: f64 = 0.2 + 0.3;
 /// The share of its mean speed that the robot may lose.
 const SLOWER_MAX: f64 = 0.03;

@@ -45,19 +45,21 @@ curionav_planning::parameters! {
         /// Length and width of a box, metres: along its heading and across.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub size: Option<Vec<f64>> [
-            0.01, 10.0, "m", "a thinner one no laser meets, and a longer one is a wall"; 2.0, 2.0, "it is length and width"
+            0.01, 10.0, "m", "a thinner one no laser meets, and a longer one is a wall";
+            2.0, 2.0, "it is length and width"
         ],
         /// Corners of a convex polygon, counter-clockwise, in its own frame.
         #[serde(default, skip_serializing_if = "Vec::is_empty", with = "arrays::points")]
-        pub corners: Vec<Point2> [-10.0, 10.0, "m", "a larger thing is a building"; 0.0, 64.0, "more corners are a disc"],
+        pub corners: Vec<Point2>
+            [-10.0, 10.0, "m", "a larger thing is a building"; 0.0, 64.0, "more corners are a disc"],
         /// When it comes, seconds after the start. It comes later if the robot is in its place.
         #[serde(default, skip_serializing_if = "is_zero")]
         pub from_s: f64 [in TIMES],
         /// When it goes, seconds after the start. By default it stays.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub until_s: Option<f64> [in TIMES],
-        /// Places that it is pushed to from `at`, and back: a trolley. It waits while the robot is in its way, and turns
-        /// into the direction in which it moves.
+        /// Places that it is pushed to from `at`, and back: a trolley. It waits while the robot is in its way, and
+        /// turns into the direction in which it moves.
         #[serde(default, skip_serializing_if = "Vec::is_empty", with = "arrays::points")]
         pub route: Vec<Point2> [in Range::POSITION; 0.0, 100.0, "a longer way is one of a person"],
         /// How fast it is pushed, m/s.
@@ -77,7 +79,7 @@ curionav_planning::parameters! {
     pub struct WorldEvent {
         /// Seconds after the start.
         pub at_s: f64 [in TIMES],
-        /// Somebody carries the robot to `[x, y, heading]`, and its odometry does not notice.
+        /// The robot is carried to `[x, y, heading]`, and its odometry does not notice.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub carried_to: Option<Vec<f64>>
             [in Range::POSITION, Range::POSITION, Range::HEADING; 3.0, 3.0, "it is x, y and heading"],
@@ -143,10 +145,9 @@ impl WorldObject {
         match (self.radius, self.size.as_deref()) {
             (Some(radius), _) => Footprint::Disc { radius },
             (None, Some(&[length, width])) => {
-                let corner = |ahead: f64, left: f64| Point2::new(0.5 * ahead * length, 0.5 * left * width);
-                let vertices =
-                    vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-                Footprint::Polygon { vertices }
+                let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
+                let vertices = corners.map(|(ahead, left)| Point2::new(ahead * length, left * width));
+                Footprint::Polygon { vertices: vertices.to_vec() }
             }
             _ => Footprint::Polygon { vertices: self.corners.clone() },
         }

@@ -116,7 +116,8 @@ impl Canvas {
     }
 }
 
-pub(super) fn bounds(polygon: &[Point2]) -> (Point2, Point2) {
+/// The corners of the upright rectangle around a polygon.
+pub(crate) fn bounds(polygon: &[Point2]) -> (Point2, Point2) {
     polygon.iter().fold(
         (Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)),
         |(least, most), p| {

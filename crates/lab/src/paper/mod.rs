@@ -26,7 +26,7 @@ use layout::Counts;
 use published::CELL_M;
 
 pub use check::{Report, check};
-pub(crate) use layout::{Layout, Polygon};
+pub(crate) use layout::{Layout, Polygon, bounds};
 pub(crate) use patrol::rounded;
 pub(crate) use published::{PUBLISHED, Published};
 pub use scene::PaperScene;

@@ -8,14 +8,14 @@ use std::f64::consts::PI;
 use anyhow::{Context, ensure};
 use curionav_crowdsim::scenario::{Behaviour, Crowd, Region, WorldObject, WorldSetup};
 use curionav_crowdsim::{Scenario, World};
-use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::geometry::{Point2, Pose2, bearing};
 use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::random::{Rng, rng, uniform};
 
-use super::files::{File, map_files, scenario_file};
+use super::files::{File, between, map_files, region, scenario_file};
 use super::floor_plan::{FloorPlan, Use};
 use super::rooms::drawn_task;
-use crate::paper::{Polygon, rounded};
+use crate::paper::{Polygon, bounds, rounded};
 
 /// Floors of each use.
 const FLOORS: u64 = 7;
@@ -170,9 +170,9 @@ impl Floor {
                 continue;
             }
             let (low, high) = bounds(thing);
-            let moved = |at: f64, random: &mut Rng| rounded(at + between(-1.5, 1.5, random));
-            let x = moved(0.5 * (low.x + high.x), random);
-            let y = moved(0.5 * (low.y + high.y), random);
+            let place = middle(thing);
+            let x = rounded(place.x + between(-1.5, 1.5, random));
+            let y = rounded(place.y + between(-1.5, 1.5, random));
             let heading = rounded(between(-0.5, 0.5, random));
             world.openings.push(grown(thing));
             let size = [rounded(high.x - low.x), rounded(high.y - low.y)];
@@ -220,7 +220,7 @@ impl Floor {
         }
         let before = self.way[narrowest.saturating_sub(3)];
         let after = self.way[(narrowest + 3).min(count - 1)];
-        let along = curionav_planning::geometry::bearing(before, after);
+        let along = bearing(before, after);
         let at = Pose2::new(rounded(self.way[narrowest].x), rounded(self.way[narrowest].y), rounded(along));
         let length = rounded((4.0 * room(narrowest)).min(4.0));
         Some(WorldObject { size: Some(vec![0.3, length]), ..thing_at(at) })
@@ -272,10 +272,7 @@ impl Floor {
     /// The floor as it is, without what is pushed.
     fn truth(&self, world: &WorldSetup) -> anyhow::Result<StaticMap> {
         let mut layout = self.plan.layout();
-        let is_gone = |polygon: &Polygon| {
-            world.openings.iter().any(|region| middle(polygon).distance(middle(&region.corners)) < 0.01)
-        };
-        layout.furniture.retain(|polygon| !is_gone(polygon));
+        layout.furniture.retain(|polygon| !is_gone(polygon, &world.openings));
         let things = world.objects.iter().filter(|object| object.route.is_empty());
         layout.furniture.extend(things.map(WorldObject::corners_on_map));
         Ok(StaticMap::new(layout.grid(CELL_M, None)?))
@@ -308,32 +305,18 @@ fn thing_at(at: Pose2) -> WorldObject {
     }
 }
 
-fn bounds(polygon: &Polygon) -> (Point2, Point2) {
-    let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
-    let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
-    for p in polygon {
-        low = Point2::new(low.x.min(p.x), low.y.min(p.y));
-        high = Point2::new(high.x.max(p.x), high.y.max(p.y));
-    }
-    (low, high)
-}
-
 fn middle(polygon: &Polygon) -> Point2 {
     let (low, high) = bounds(polygon);
     Point2::new(0.5 * (low.x + high.x), 0.5 * (low.y + high.y))
 }
 
+/// Whether one of the openings is where this polygon was.
+fn is_gone(polygon: &Polygon, openings: &[Region]) -> bool {
+    openings.iter().any(|region| middle(polygon).distance(middle(&region.corners)) < 0.01)
+}
+
 /// The rectangle around a polygon, with all cells that it has touched.
 fn grown(polygon: &Polygon) -> Region {
     let (low, high) = bounds(polygon);
-    super::files::region(
-        rounded(low.x - 0.05),
-        rounded(low.y - 0.05),
-        rounded(high.x + 0.05),
-        rounded(high.y + 0.05),
-    )
-}
-
-fn between(least: f64, most: f64, random: &mut Rng) -> f64 {
-    least + (most - least) * uniform(random)
+    region(rounded(low.x - 0.05), rounded(low.y - 0.05), rounded(high.x + 0.05), rounded(high.y + 0.05))
 }

@@ -4,6 +4,7 @@ use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::{Behaviour, Crowd, Region};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{MapYaml, OccupancyGrid, encode_pgm};
+use curionav_planning::random::{Rng, uniform};
 
 /// Path below `scenarios/`, and content.
 pub type File = (String, Vec<u8>);
@@ -21,6 +22,11 @@ pub(super) fn walking(count: usize) -> Crowd {
         group: [1, 1],
         apart_m: 1.5,
     }
+}
+
+/// A number between two, metres or radians.
+pub(super) fn between(least: f64, most: f64, random: &mut Rng) -> f64 {
+    least + (most - least).max(0.0) * uniform(random)
 }
 
 pub(super) fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<Point2> {

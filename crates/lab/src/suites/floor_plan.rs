@@ -3,7 +3,7 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::random::{Rng, uniform};
 
-use super::files::rectangle;
+use super::files::{between, rectangle};
 use crate::paper::{Layout, Polygon, rounded};
 
 /// Thickness of inner walls, metres: two cells.
@@ -35,10 +35,10 @@ impl Use {
     /// A floor plan in the rectangle from (0, 0) to its size, walled in.
     pub(super) fn draw(self, random: &mut Rng) -> FloorPlan {
         let (width, depth) = match self {
-            Self::Offices => (between(26.0, 34.0, random), 13.4),
-            Self::Shops => (between(22.0, 28.0, random), between(18.0, 24.0, random)),
-            Self::Corridors => (between(24.0, 32.0, random), between(20.0, 26.0, random)),
-            Self::Void => (between(30.0, 40.0, random), between(24.0, 32.0, random)),
+            Self::Offices => (length_between(26.0, 34.0, random), 13.4),
+            Self::Shops => (length_between(22.0, 28.0, random), length_between(18.0, 24.0, random)),
+            Self::Corridors => (length_between(24.0, 32.0, random), length_between(20.0, 26.0, random)),
+            Self::Void => (length_between(30.0, 40.0, random), length_between(24.0, 32.0, random)),
         };
         let mut plan = FloorPlan { width, depth, walls: Vec::new(), loose: Vec::new() };
         match self {
@@ -82,16 +82,17 @@ impl FloorPlan {
             let wall = if from == 0.0 { corridor.0 } else { corridor.1 - WALL_M };
             let mut west = 0.0;
             while west < width {
-                let wanted = west + between(4.0, 7.0, random);
+                let wanted = west + length_between(4.0, 7.0, random);
                 let east = if width - wanted < 3.5 { width } else { wanted };
-                let door = between(west + 0.6, east - DOOR_M - 0.6, random);
+                let door = length_between(west + 0.6, east - DOOR_M - 0.6, random);
                 walls.push(rectangle(west, wall, door, wall + WALL_M));
                 walls.push(rectangle(door + DOOR_M, wall, east, wall + WALL_M));
                 if east < width {
                     walls.push(rectangle(east - 0.5 * WALL_M, from, east + 0.5 * WALL_M, to));
                 }
                 if uniform(random) < 0.6 {
-                    let table = Point2::new(between(west + 1.4, east - 1.4, random), 0.5 * (from + to));
+                    let table =
+                        Point2::new(length_between(west + 1.4, east - 1.4, random), 0.5 * (from + to));
                     loose.push(rectangle(table.x - 0.4, table.y - 0.7, table.x + 0.4, table.y + 0.7));
                 }
                 west = east;
@@ -105,13 +106,13 @@ fn shops(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
     let mut things = Vec::new();
     let mut row = 2.6;
     while row < depth - 3.2 {
-        let mut west = between(1.8, 4.0, random);
+        let mut west = length_between(1.8, 4.0, random);
         while west < width - 4.0 {
-            let east = (west + between(2.5, 6.0, random)).min(width - 1.8);
+            let east = (west + length_between(2.5, 6.0, random)).min(width - 1.8);
             things.push(rectangle(west, row, east, row + 0.8));
-            west = east + between(1.6, 2.6, random);
+            west = east + length_between(1.6, 2.6, random);
         }
-        row += 0.8 + between(2.0, 3.2, random);
+        row += 0.8 + length_between(2.0, 3.2, random);
     }
     things
 }
@@ -120,11 +121,11 @@ fn shops(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
 fn corridors(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
     let cuts = |length: f64, random: &mut Rng| {
         let mut blocks = Vec::new();
-        let mut at = between(2.2, 3.2, random);
+        let mut at = length_between(2.2, 3.2, random);
         while at < length - 5.0 {
-            let end = (at + between(3.0, 6.0, random)).min(length - 2.4);
+            let end = (at + length_between(3.0, 6.0, random)).min(length - 2.4);
             blocks.push((at, end));
-            at = end + between(2.2, 3.2, random);
+            at = end + length_between(2.2, 3.2, random);
         }
         blocks
     };
@@ -141,6 +142,7 @@ fn corridors(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
     things
 }
 
-fn between(least: f64, most: f64, random: &mut Rng) -> f64 {
-    rounded(least + (most - least).max(0.0) * uniform(random))
+/// A whole number of millimetres between two lengths, metres.
+fn length_between(least: f64, most: f64, random: &mut Rng) -> f64 {
+    rounded(between(least, most, random))
 }
