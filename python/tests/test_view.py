@@ -314,6 +314,16 @@ def test_what_only_the_driver_sees_is_drawn_and_said_and_has_no_number() -> None
     assert str(UNSEEN) not in said
 
 
+def test_things_that_are_on_no_map_are_drawn_until_there_are_none() -> None:
+    golden = (ROOT / "schemas" / "golden" / "cycle_report.explained.cbor").read_bytes()
+    report = CycleReport.decode(golden)
+    assert report.obstacles is not None
+    blocks = shapes.obstacles(report)
+    assert isinstance(blocks, rr.Boxes3D) and blocks.centers is not None
+    assert len(blocks.centers.as_arrow_array()) == len(report.obstacles.x)
+    assert isinstance(shapes.obstacles(replace(report, obstacles=None)), rr.Clear)
+
+
 def test_each_term_says_in_words_what_its_number_means() -> None:
     report = drive.report(0)
     said = words.decision(report, None, None)

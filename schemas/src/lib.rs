@@ -59,7 +59,7 @@ pub use model::{Footprint, LaserModel, OdometryNoise, Pose, RobotModel};
 pub use reason::{CommandReason, Degradation, MissionEnd, PreviousState, Reason, Rejection};
 pub use registry::{MESSAGES, MessageInfo, recode};
 pub use reject::{CborFault, Refusal, Reject};
-pub use report::{Crowd, CycleReport, RejectedCandidate, TermReport, TermTime, Timings};
+pub use report::{Crowd, CycleReport, ObstacleCells, RejectedCandidate, TermReport, TermTime, Timings};
 pub use result::{Contact, Cycles, Measures, Outcome, PeopleTrace, RunResult, Trace};
 pub use scene::Scene;
 pub use sensing::{Frame, Odometry, People, Scan};

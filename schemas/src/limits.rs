@@ -13,6 +13,8 @@ pub const MAX_STEPS: usize = 256;
 pub const MAX_PEOPLE: usize = 1024;
 /// Beams in a scan: the densest common lidars send 2000 to 4000 a turn.
 pub const MAX_BEAMS: usize = 8192;
+/// Cells of a map in a scene on which something stands that is on no map: 200 m of outlines in cells of 0.05 m.
+pub const MAX_OBSTACLE_CELLS: usize = 4096;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.
 pub const MAX_TREE_NODES: usize = 16_384;
 /// Columns of a search tree: the generator that has most has five.

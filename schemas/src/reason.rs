@@ -87,6 +87,8 @@ pub enum Reason {
     NotPrepared,
     /// No recent message says where people are.
     PeopleUnknown,
+    /// Obstacles that are on no map have closed every way to the goal for 25 s.
+    NoWayToGoal,
 }
 
 impl Reason {
@@ -242,6 +244,8 @@ pub enum MissionEnd {
     Timeout,
     /// The robot believes that it is at the goal and is not.
     Lost,
+    /// Obstacles that are on no map close every way to the goal.
+    NoWayToGoal,
     /// A client asked for it.
     Cancelled,
     /// This instance of a required role cannot prepare for it.

@@ -66,7 +66,7 @@ messages! {
     PauseReply "pause_reply" KIB;
     Decision "decision" 128 * KIB;
     Twist "twist" 2 * KIB;
-    Scene "scene" 132 * KIB;
+    Scene "scene" 168 * KIB;
     CandidateSet "candidate_set" 12 * MIB;
     Tree "tree" 3 * MIB;
     CycleReport "cycle_report" 20 * MIB;

@@ -1,11 +1,12 @@
 //! A planning cycle in full, for recorders and viewers.
 
 use crate::check::{
-    array, ascending, checks, id, list, non_negative, number, optional, part, positive, size,
+    array, ascending, checks, id, length, list, non_negative, number, optional, part, positive, size,
 };
-use crate::limits::{MAX_PEOPLE, MAX_TERMS};
+use crate::limits::{MAX_OBSTACLE_CELLS, MAX_PEOPLE, MAX_TERMS};
 use crate::{
-    CandidateSet, Decision, Evaluated, F64Array, MapId, Refusal, Reject, Rejection, Scene, Twist, U32Array,
+    CandidateSet, Decision, Evaluated, F32Array, F64Array, MapId, Refusal, Reject, Rejection, Scene, Twist,
+    U32Array,
 };
 use serde::{Deserialize, Serialize};
 
@@ -146,6 +147,28 @@ checks! { crowd: Crowd {
     sigma, weight: non_negative;
 }}
 
+/// What the robot has seen and is on no map: squares of equal size that are turned alike.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObstacleCells {
+    /// Centres, map frame, m.
+    pub x: F32Array,
+    /// `[x]` centres, map frame, m.
+    pub y: F32Array,
+    /// Direction of two of their sides, map frame, rad.
+    pub heading: f64,
+    /// Length of a side, m.
+    pub side: f64,
+    /// Whether they close every way to the goal.
+    pub close_ways: bool,
+}
+
+checks! { obstacles: ObstacleCells {
+    x: length(0, MAX_OBSTACLE_CELLS);
+    x, y: array(obstacles.x.len());
+    heading: number;
+    side: positive;
+}}
+
 /// Everything that went into a decision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CycleReport {
@@ -184,6 +207,9 @@ pub struct CycleReport {
     pub timings: Timings,
     /// The crowd density model's mixture.
     pub crowds: Vec<Crowd>,
+    /// The scene's obstacles, for those who do not have the map; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacles: Option<ObstacleCells>,
     /// What the driver has done with the decisions before this cycle; absent until its first command is heard.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub driven: Option<Twist>,
@@ -237,5 +263,6 @@ checks! { report: CycleReport {
     decision: part;
     timings: part;
     crowds: list(MAX_PEOPLE, part);
+    obstacles: optional(part);
     driven: optional(part);
 }}

@@ -21,6 +21,8 @@ pub enum Outcome {
     Timeout,
     /// The robot is not where it believes it is.
     Lost,
+    /// Obstacles that are on no map close every way to the goal.
+    NoWay,
 }
 
 /// The measures of the paper and a few more.

@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use curionav_planning::arbitration::{Scores, total_costs};
+use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{Action, CycleReport, Decision, Evaluated, Twist};
 
 // The invariants by number and name.
@@ -181,6 +183,11 @@ impl Checker {
 /// What a candidate costs in the scene of its report, whole and by term, computed anew.
 fn true_cost(context: &PlanContext, report: &CycleReport, index: usize) -> (f64, Vec<f64>) {
     let scene = convert::scene(&report.scene);
+    let obstructed = (!scene.obstacles.is_empty()).then(|| {
+        let fields = Fields::of_maps([StaticMap::clone(&context.course.map)]);
+        context.obstructed(&scene.obstacles, scene.belief.pose.position(), &fields).unwrap()
+    });
+    let context = obstructed.as_ref().unwrap_or(context);
     let candidate = convert::candidates(report.candidates.clone()).unwrap().pick([index]);
     let mut scores = Scores::new(1);
     for (term, _) in context.course.profile.active_terms(scene.uncertain) {

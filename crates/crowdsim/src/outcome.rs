@@ -15,6 +15,8 @@ pub enum Outcome {
     /// The planner reported arrival somewhere else, or the time limit passed while the estimate was wrong
     /// by more than 2 m.
     Lost,
+    /// The planner gave up: obstacles that are on no map close every way.
+    NoWay,
 }
 
 impl Outcome {

@@ -31,6 +31,7 @@ fn verdict(result: &RunResult) -> (String, &'static str) {
         Outcome::Reached => "Goal reached",
         Outcome::Timeout => "Out of time",
         Outcome::Lost => "Lost on the map",
+        Outcome::NoWay => "No way to the goal",
     };
     let colour =
         if result.outcome == Outcome::Reached && result.measures.collisions == 0 { GOAL } else { BELIEF };

@@ -57,7 +57,7 @@ fn entries(has_things: bool) -> Vec<(Group, &'static str)> {
         (badge(MIDDLE, 1), "planning cycle that is shown enlarged"),
     ];
     if has_things {
-        entries.push((Group::new().add(thing), "thing on no map (dashed: it moves, comes or goes)"));
+        entries.push((Group::new().add(thing), "thing on no map (dashed: it moves)"));
     }
     entries
 }

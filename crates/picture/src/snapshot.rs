@@ -10,8 +10,9 @@ use super::symbols::{badge, covariance_ellipse, crowds, goal, path, person, robo
 use super::thing::things;
 use super::trace_columns::TraceColumns;
 use super::viewport::Viewport;
+use curionav_planning::numerics::sin_cos;
 use curionav_schemas::{Action, CandidateSet, CycleReport, words};
-use svg::node::element::{Group, Polyline, TSpan};
+use svg::node::element::{Group, Polygon, Polyline, TSpan};
 
 /// Half the side of the part of the map that is shown, m.
 const REACH_M: f64 = 6.0;
@@ -35,6 +36,7 @@ pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>
         .add(rectangle(side, side, "#fff"))
         .add(map_layer(run.map, MAP_ID, &viewport))
         .add(things(&viewport, run.things))
+        .add(obstacles(report, &viewport))
         .add(crowds(&viewport, &report.crowds))
         .add(goal(&viewport, run.goal, run.goal_tolerance))
         .add(candidates(report, &viewport))
@@ -52,6 +54,21 @@ pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>
         .add(text((AXIS + 22.0, 15.0), "h2", title))
         .add(map);
     Panel { content, width, height: side + CAPTION.0 + CAPTION.1 + 12.0 }
+}
+
+/// What the robot has seen and is on no map.
+fn obstacles(report: &CycleReport, viewport: &Viewport) -> Group {
+    let Some(cells) = &report.obstacles else { return Group::new() };
+    let (sin, cos) = sin_cos(cells.heading);
+    let centres = cells.x.iter().zip(cells.y.iter()).map(|(x, y)| (f64::from(*x), f64::from(*y)));
+    centres.filter(|at| viewport.holds(*at, cells.side)).fold(Group::new(), |group, (x, y)| {
+        let half = 0.5 * cells.side;
+        let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+        let turned = corners.map(|(u, v)| (x + cos * u - sin * v, y + sin * u + cos * v));
+        group.add(
+            Polygon::new().set("class", "obstacle").set("points", viewport.points(turned)).set("fill", INK),
+        )
+    })
 }
 
 /// Rejected candidates first, then from the most to the least expensive, the chosen one on top.

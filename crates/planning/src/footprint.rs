@@ -7,7 +7,7 @@ use parry2d_f64::shape::{ConvexPolygon, Cuboid};
 use crate::geometry::{Point2, Pose2};
 use crate::motion::Footprint;
 use crate::numerics::sin_cos;
-use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
+use crate::occupancy::StaticMap;
 
 /// A [`Footprint`] made ready for distance queries. Distances of polygons come from parry's GJK, whose
 /// relative error is below 1e-7.
@@ -92,11 +92,12 @@ impl FootprintShape {
         if grid.to_edge(pose.position()) > reach && map.to_obstacle.clearance(grid, pose.position()) > reach {
             return false;
         }
-        self.near_any_cell(pose, grid, margin)
+        self.near_any_cell(pose, map, margin)
     }
 
     /// The exact check, cell by cell over the footprint's bounding box.
-    fn near_any_cell(&self, pose: Pose2, grid: &OccupancyGrid, margin: f64) -> bool {
+    fn near_any_cell(&self, pose: Pose2, map: &StaticMap, margin: f64) -> bool {
+        let grid = &map.grid;
         let at = grid.origin().relative(pose);
         let (low, high) = self.bounds(at);
         let cell = grid.resolution();
@@ -110,7 +111,7 @@ impl FootprintShape {
         let last = |most: f64, count: usize| (((most + margin) / cell) as usize + 1).min(count - 1);
         for row in first(low.y)..=last(high.y, grid.height()) {
             for column in first(low.x)..=last(high.x, grid.width()) {
-                if grid.cell(grid.index(column, row)) == Cell::Free {
+                if map.to_obstacle.cell(grid.index(column, row)) > 0.0 {
                     continue;
                 }
                 let centre = Point2::new((column as f64 + 0.5) * cell, (row as f64 + 0.5) * cell);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, rng, uniform};
 
 fn between(r: &mut Rng, low: f64, high: f64) -> f64 {

@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use crate::geometry::{Point2, Pose2, Twist};
 use crate::numerics::{eigenvalues, hypot};
+use crate::occupancy::Obstacles;
 
 /// The localiser's answer: mean and covariance of the pose, and the robot's current motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,6 +175,8 @@ pub struct Scene {
     pub belief: Belief,
     /// The people inside the Working Zone.
     pub people: People,
+    /// What stands around the robot and is on no map.
+    pub obstacles: Obstacles,
     /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
     /// evaluator of the cycle sees the same.
     pub uncertain: bool,
@@ -188,6 +191,16 @@ pub struct Scene {
 impl Scene {
     /// The scene at the beginning: the position counts as certain, and the robot has just come to where it is.
     pub fn new(belief: Belief, people: People) -> Self {
-        Self { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0, impatient: false }
+        let obstacles = Obstacles::default();
+        Self {
+            tick: 0,
+            stamp: 0.0,
+            belief,
+            people,
+            obstacles,
+            uncertain: false,
+            in_place: 0.0,
+            impatient: false,
+        }
     }
 }

@@ -13,6 +13,7 @@ mod term_params;
 pub use built_in::{NAMES, columns, evaluator, is_local, visit};
 pub use built_in_term::{Built, BuiltIn, Visitor};
 pub use derived_fields::DerivedFields;
+pub(crate) use derived_fields::ObstructedMap;
 pub use task::Task;
 pub use term_params::{CpcTermParams, InformationToGoTermParams};
 

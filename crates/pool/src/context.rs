@@ -1,11 +1,13 @@
 //! What stays the same for one revision of the mission.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::footprint::FootprintShape;
 use curionav_planning::generation::{self, Tree};
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::occupancy::Obstacles;
 use curionav_planning::planner::{Course, CourseError};
 use curionav_planning::profile::Profile;
 use curionav_planning::scene as planning;
@@ -29,12 +31,13 @@ pub struct PlanContext {
     pub in_process: bool,
     /// Whether it even asks nothing that it can compute itself.
     pub alone: bool,
-    parameters: Parameters,
+    parameters: Arc<Parameters>,
 }
 
 impl PlanContext {
     /// Fetches the map and derives every field; blocks for as long as that takes (a second or so).
     pub fn new(mission: Mission, fields: &Fields, in_process: bool) -> Result<Self, Reject> {
+        let fields = &fields.of(mission.order.map);
         convert::check_order(&mission.order)?;
         let profile: Profile = convert::parameters("profile", &mission.order.profile)?;
         if let Some(term) = profile.terms.keys().find(|term| keys::check_id(term).is_err()) {
@@ -46,16 +49,27 @@ impl PlanContext {
             laser: convert::laser(&mission.order.laser),
             noise: convert::noise(&mission.order.odometry_noise),
         };
+        let parameters = Arc::new(Parameters::new(&profile)?);
+        let course = course(profile, task, mission.order.seed, fields)?;
         let start = convert::pose(mission.order.initial_pose).position();
-        let tolerance = mission.order.goal_tolerance;
-        let parameters = Parameters::new(&profile)?;
-        let course = course(profile, task, mission.order.seed, &fields.of(mission.order.map))?;
-        check_room(&course, tolerance)?;
+        check_room(&course, mission.order.goal_tolerance)?;
         if !course.has_way(start) {
             let Point2 { x, y } = course.goal;
             return Err(Refusal::UnreachableGoal { x, y }.at("goal"));
         }
         Ok(Self { mission, course, in_process, alone: false, parameters })
+    }
+
+    /// The same mission with these obstacles on the map, for a robot that is `here`; blocks while the way past them is
+    /// derived.
+    pub fn obstructed(&self, obstacles: &Obstacles, here: Point2, fields: &Fields) -> Result<Self, Reject> {
+        let of_map = fields.of_obstructed(self.mission.order.map, obstacles, here)?;
+        Ok(Self {
+            mission: self.mission.clone(),
+            course: self.course.past(&of_map)?,
+            parameters: Arc::clone(&self.parameters),
+            ..*self
+        })
     }
 
     /// What is doubtful about the mission, in words, although it is not refused.
@@ -182,7 +196,17 @@ impl PlanContext {
     fn empty_scene(&self) -> Scene {
         let belief = convert::initial_belief(&self.mission);
         let people = convert::people_to_wire(&planning::People::default(), 0, 0.0);
-        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place_s: 0.0, impatient: false }
+        let obstacles = Default::default();
+        Scene {
+            tick: 0,
+            stamp: 0.0,
+            belief,
+            people,
+            obstacles,
+            uncertain: false,
+            in_place_s: 0.0,
+            impatient: false,
+        }
     }
 }
 

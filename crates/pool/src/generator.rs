@@ -55,7 +55,8 @@ pub fn answer(
         return Err(Refusal::Stopped.into());
     }
     let fields = if warms_up { fields.clone() } else { fields.kept() };
-    let fields = fields.of(request.map);
+    let scene = convert::scene(&request.scene);
+    let fields = fields.of_obstructed(request.map, &scene.obstacles, scene.belief.pose.position())?;
     let map = fields.map()?;
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);
@@ -71,7 +72,6 @@ pub fn answer(
     };
     *(kind.iterations)(&mut params.generation) = request.iterations;
     let params = if warms_up { params } else { convert::checked("params.profile", params)? };
-    let scene = convert::scene(&request.scene);
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
     let input = GenerationInput {

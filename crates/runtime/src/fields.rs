@@ -6,7 +6,7 @@ use std::sync::Arc;
 use curionav_planning::evaluation::cpc::{InformationField, InformationParams, RayField};
 use curionav_planning::evaluation::information_to_go::InformationToGoField;
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
+use curionav_planning::occupancy::{CoarseFloor, GeodesicField, Obstacles, OccupancyGrid, StaticMap};
 use curionav_planning::sensor::LaserModel;
 use curionav_planning::terms::{DerivedFields, InformationToGoTermParams, Task};
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
@@ -24,8 +24,21 @@ const GEODESIC_BYTES: usize = 128 << 20;
 /// field is at most 13 MB, and its rays are 19 MB.
 const INFORMATION_BYTES: usize = 128 << 20;
 
+/// Bytes of maps with obstacles on them, and of the ways past these: of the newest of a few robots.
+const OBSTRUCTED_BYTES: usize = 16 << 20;
+
+/// How far from the robot distances to obstacles are exact, metres along either axis of the map: beyond what it looks
+/// ahead. Farther away they are in the way to the goal alone.
+const NEAR: f64 = 8.0;
+
 struct Stock {
     maps: MapStore,
+    /// By map, and what stands on it that it does not have.
+    obstructed: SingleFlightCache<(MapId, Obstacles), StaticMap>,
+    /// By map, and the room that a robot keeps.
+    floors: SingleFlightCache<(MapId, u64), CoarseFloor>,
+    /// By map, what stands on it that it does not have, all of it and what is near, goal, and room.
+    past: SingleFlightCache<(MapId, [Obstacles; 2], [u64; 3]), GeodesicField>,
     geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
     /// By map, what shapes the fan of rays, and parameters.
     information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
@@ -63,6 +76,9 @@ impl Fields {
     fn within(maps: MapStore, geodesic_bytes: usize) -> Self {
         let stock = Stock {
             maps,
+            obstructed: SingleFlightCache::new(OBSTRUCTED_BYTES, StaticMap::bytes),
+            floors: SingleFlightCache::new(OBSTRUCTED_BYTES, CoarseFloor::bytes),
+            past: SingleFlightCache::new(OBSTRUCTED_BYTES, GeodesicField::bytes),
             geodesic: SingleFlightCache::new(geodesic_bytes, GeodesicField::bytes),
             information: SingleFlightCache::new(INFORMATION_BYTES, InformationField::bytes),
             rays: SingleFlightCache::new(INFORMATION_BYTES, RayField::bytes),
@@ -91,7 +107,24 @@ impl Fields {
 
     /// The fields of one map.
     pub fn of(&self, map: MapId) -> FieldsOf<'_> {
-        FieldsOf { fields: self, map }
+        let none = Obstacles::default();
+        FieldsOf { fields: self, map, near: none.clone(), obstacles: none }
+    }
+
+    /// The fields of one map on which obstacles stand besides, for a robot that is `here`. What a laser sees stays that
+    /// of the map. Without obstacles they are those of the map.
+    pub fn of_obstructed(
+        &self,
+        map: MapId,
+        obstacles: &Obstacles,
+        here: Point2,
+    ) -> Result<FieldsOf<'_>, Reject> {
+        let of_map = self.of(map);
+        if obstacles.is_empty() {
+            return Ok(of_map);
+        }
+        let near = obstacles.near(&of_map.mapped()?.grid, here, NEAR);
+        Ok(FieldsOf { obstacles: obstacles.clone(), near, ..of_map })
     }
 
     /// Distances to `goal` on `map` for a robot that keeps `room` metres from walls.
@@ -135,18 +168,60 @@ impl Fields {
 pub struct FieldsOf<'a> {
     fields: &'a Fields,
     map: MapId,
+    obstacles: Obstacles,
+    /// Those of them that are near the robot.
+    near: Obstacles,
+}
+
+impl FieldsOf<'_> {
+    /// The map without obstacles.
+    fn mapped(&self) -> Result<Arc<StaticMap>, Reject> {
+        self.fields.map(self.map)
+    }
+
+    fn floor(&self, map: &StaticMap, room: f64) -> Result<Arc<CoarseFloor>, Reject> {
+        let floors = &self.fields.stock.floors;
+        floors.get_or_try(&(self.map, room.to_bits()), || Ok(CoarseFloor::new(map, room)))
+    }
+
+    /// The way past obstacles. These change: also work that cannot wait derives it, which takes little time.
+    fn past(&self, map: &StaticMap, goal: Point2, room: f64) -> Result<Arc<GeodesicField>, Reject> {
+        let floor = self.floor(map, room)?;
+        let obstructed = self.map()?;
+        let obstacles = [&self.obstacles, &self.near].map(Clone::clone);
+        let key = (self.map, obstacles, [goal.x, goal.y, room].map(f64::to_bits));
+        let past = &self.fields.stock.past;
+        past.get_or_try(&key, || Ok(floor.past(map, &obstructed, &self.obstacles, goal)))
+    }
 }
 
 impl DerivedFields for FieldsOf<'_> {
     type Error = Reject;
 
+    fn obstacles(&self) -> Obstacles {
+        self.obstacles.clone()
+    }
+
     fn map(&self) -> Result<Arc<StaticMap>, Reject> {
-        self.fields.map(self.map)
+        let map = self.mapped()?;
+        if self.near.is_empty() {
+            return Ok(map);
+        }
+        let key = (self.map, self.near.clone());
+        self.fields.stock.obstructed.get_or_try(&key, || Ok(map.with_obstacles(&self.near)))
     }
 
     fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
-        let map = self.map()?;
-        self.fields.way(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
+        let map = self.mapped()?;
+        let room = radius + GeodesicField::PLANNING_MARGIN;
+        if !self.obstacles.is_empty() {
+            return self.past(&map, goal, room);
+        }
+        if self.fields.derives {
+            // A robot that meets an obstacle finds it ready.
+            self.floor(&map, room)?;
+        }
+        self.fields.way(&map, goal, room)
     }
 
     fn information(
@@ -154,7 +229,7 @@ impl DerivedFields for FieldsOf<'_> {
         laser: LaserModel,
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Reject> {
-        let map = self.map()?;
+        let map = self.mapped()?;
         let fan = fan(laser);
         let key = (self.map, fan, *params);
         let stock = &self.fields.stock.information;
@@ -169,7 +244,7 @@ impl DerivedFields for FieldsOf<'_> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Reject> {
-        let map = self.map()?;
+        let map = self.mapped()?;
         let fan = fan(laser);
         let information = self.information(fan, params)?;
         let key = (self.map, fan, *params);
@@ -183,7 +258,7 @@ impl DerivedFields for FieldsOf<'_> {
         task: &Task,
         params: &InformationToGoTermParams,
     ) -> Result<Arc<InformationToGoField>, Reject> {
-        let map = self.map()?;
+        let map = self.mapped()?;
         let seen = self.information(task.laser, &params.prediction.information)?;
         let key = (self.map, task.clone(), *params);
         self.fields.derived(

@@ -152,6 +152,8 @@ pub const TABLE: &[Row] = &[
                 Verb::Subscribe,
                 &[
                     "robot/{robot}/mission",
+                    "robot/{robot}/scan",
+                    "robot/{robot}/odom",
                     "robot/{robot}/belief",
                     "robot/{robot}/people",
                     "robot/{robot}/cmd",

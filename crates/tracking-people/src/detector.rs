@@ -13,7 +13,7 @@ use crate::alignment::align;
 use crate::background::Posed;
 use crate::params::TrackerParams;
 use crate::segments::{Segment, Sweep};
-use crate::shape::{Fit, centre_behind, fit, middle};
+use crate::shape::{Fit, Likelihoods, centre_behind, fit, middle};
 
 /// What a detection may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +34,8 @@ pub struct Detection {
     pub kind: Kind,
     /// Standard deviation of the position on each axis, metres.
     pub sigma: f64,
+    /// How much likelier its shape is that of a person than that of a box, as a logarithm; 0 where it shows none.
+    pub roundness: f64,
 }
 
 /// What is to be seen of people in one scan.
@@ -47,6 +49,19 @@ pub struct Seen {
     pub pose: Pose2,
     /// Covariance of `pose`.
     pub covariance: Matrix3<f64>,
+}
+
+/// A scan beside the map.
+struct Compared {
+    /// Where beams ended, laser frame.
+    ends: Vec<Point2>,
+    /// Whether they met something.
+    met: Vec<bool>,
+    /// As [`Detector::off_wall`] gives it; none of beams that met nothing.
+    off_walls: Vec<Option<f64>>,
+    /// The robot's after the walls in the scan have been laid on those of the map.
+    pose: Pose2,
+    covariance: Matrix3<f64>,
 }
 
 /// Finds people in the scans of a laser on a known map.
@@ -92,20 +107,8 @@ impl Detector {
         if count < 2 {
             return Seen { of_people: vec![false; count], pose, covariance: *covariance, ..Seen::default() };
         }
-        let met: Vec<bool> = ranges.iter().map(|range| meets_something(*range, laser)).collect();
-        let ends: Vec<Point2> =
-            (0..laser.beams).zip(ranges).map(|(i, range)| end(laser, i, *range)).collect();
-        let in_robot: Vec<Point2> = ends.iter().map(|end| laser.robot_from_laser.transform(*end)).collect();
-        let hits: Vec<Point2> =
-            in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
-        let sigma = hypot(laser.range_sigma, self.params.map_sigma);
-        let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
-        let posed = Posed::new(&self.map, pose);
-        let off_walls: Vec<Option<f64>> = in_robot
-            .iter()
-            .zip(&met)
-            .map(|(end, met)| if *met { self.off_wall(&posed, *end, sigma, &covariance) } else { None })
-            .collect();
+        let Compared { ends, met, off_walls, pose, covariance } =
+            self.compare(ranges, laser, pose, covariance);
         let sweep = Sweep {
             ends: &ends,
             ranges,
@@ -127,6 +130,44 @@ impl Detector {
             }
         }
         seen
+    }
+
+    /// Whether the map explains where each beam ended, for a robot as [`Self::see`] takes it: on a wall, as far as the
+    /// pose is known, or where the map knows nothing. One that met nothing needs no reason.
+    pub fn explained(
+        &self,
+        ranges: &[f32],
+        laser: &LaserModel,
+        pose: Pose2,
+        covariance: &Matrix3<f64>,
+    ) -> Vec<bool> {
+        let ranges = &ranges[..ranges.len().min(laser.beams as usize)];
+        let compared = self.compare(ranges, laser, pose, covariance);
+        compared.off_walls.iter().map(|off_wall| off_wall.is_none_or(|metres| metres == 0.0)).collect()
+    }
+
+    fn compare(
+        &self,
+        ranges: &[f32],
+        laser: &LaserModel,
+        pose: Pose2,
+        covariance: &Matrix3<f64>,
+    ) -> Compared {
+        let met: Vec<bool> = ranges.iter().map(|range| meets_something(*range, laser)).collect();
+        let ends: Vec<Point2> =
+            (0..laser.beams).zip(ranges).map(|(i, range)| end(laser, i, *range)).collect();
+        let in_robot: Vec<Point2> = ends.iter().map(|end| laser.robot_from_laser.transform(*end)).collect();
+        let hits: Vec<Point2> =
+            in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
+        let sigma = hypot(laser.range_sigma, self.params.map_sigma);
+        let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
+        let posed = Posed::new(&self.map, pose);
+        let off_walls: Vec<Option<f64>> = in_robot
+            .iter()
+            .zip(&met)
+            .map(|(end, met)| if *met { self.off_wall(&posed, *end, sigma, &covariance) } else { None })
+            .collect();
+        Compared { ends, met, off_walls, pose, covariance }
     }
 
     /// How far from the walls of the map a beam ended, metres, and `None` where the map is unknown. It is 0 if the beam
@@ -174,7 +215,25 @@ impl Detector {
         if context.partial {
             sigma = hypot(sigma, PARTIAL_SIGMA);
         }
-        Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma })
+        let roundness = if piece.shows_shape() { self.roundness(sweep, piece, context, laser) } else { 0.0 };
+        Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma, roundness })
+    }
+
+    /// How much likelier a piece is the front of a person, or a part of it, than a thing. A narrow one that is seen whole
+    /// may be two legs beside each other, and so be flat. Of a part it does not show how wide the whole is; a narrow part
+    /// may be flat as well.
+    fn roundness(&self, sweep: &Sweep<'_>, piece: &Piece, context: Context, laser: &LaserModel) -> f64 {
+        let likelihoods =
+            Likelihoods::of(&piece.points, self.params.radius, hypot(laser.range_sigma, LEAST_SIGMA));
+        let mut beams = piece.segment.beams.clone();
+        let stands_out = beams.all(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
+        let is_whole = stands_out && !context.partial && context.joined_sides == 0;
+        match (is_whole, piece.width <= ANY_SHAPE_WIDTH) {
+            (true, true) => likelihoods.over_round(),
+            (true, false) => likelihoods.over_round().min(likelihoods.over_flat()),
+            (false, true) => likelihoods.over_flat().max(0.0),
+            (false, false) => likelihoods.over_flat(),
+        }
     }
 
     /// The disc of a trunk fitted to a piece, or `None` if the piece is too narrow for a trunk. A narrow piece may

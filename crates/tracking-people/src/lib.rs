@@ -6,7 +6,7 @@
 //! Read [`Tracker`] first; it strings together, in the order of one scan: where the robot is to be expected
 //! (`ego_motion`); [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces
 //! they make (`segments`) and what those may be (`shape`); then which detection is of which person (`assignment`),
-//! where each person is (`track`) and how it moves (`motion`).
+//! where each person is (`track`) and how it moves (`motion`). [`Obstacles`] gathers what is neither map nor person.
 
 mod alignment;
 mod assignment;
@@ -14,6 +14,7 @@ mod background;
 mod detector;
 mod ego_motion;
 mod motion;
+mod obstacles;
 mod params;
 mod segments;
 mod shape;
@@ -21,6 +22,7 @@ mod track;
 mod tracker;
 
 pub use detector::{Detection, Detector, Kind, Seen};
+pub use obstacles::{Look, ObstacleParams, Obstacles};
 pub use params::TrackerParams;
 pub use track::Person;
 pub use tracker::{Observation, Tracker};

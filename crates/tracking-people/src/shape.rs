@@ -67,20 +67,117 @@ pub(crate) fn fit(points: &[Point2], radius: f64) -> Fit {
     Fit { centre, circle: off.map(|off| off * off).sum(), line: line(points) }
 }
 
-/// Sum of squared distances from the best line: the lesser eigenvalue of the scatter.
-fn line(points: &[Point2]) -> f64 {
-    let m = middle(points);
-    let mut xx = 0.0;
-    let mut xy = 0.0;
-    let mut yy = 0.0;
-    for p in points {
-        let dx = p.x - m.x;
-        let dy = p.y - m.y;
-        xx += dx * dx;
-        xy += dx * dy;
-        yy += dy * dy;
+/// Sums over some points, from which the best line through them follows.
+#[derive(Clone, Copy, Default)]
+struct Scatter {
+    count: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Scatter {
+    fn with(self, p: Point2) -> Self {
+        Self {
+            count: self.count + 1.0,
+            x: self.x + p.x,
+            y: self.y + p.y,
+            xx: self.xx + p.x * p.x,
+            xy: self.xy + p.x * p.y,
+            yy: self.yy + p.y * p.y,
+        }
     }
-    curionav_planning::numerics::eigenvalues(xx, xy, yy).1.max(0.0)
+
+    fn without(self, other: Self) -> Self {
+        Self {
+            count: self.count - other.count,
+            x: self.x - other.x,
+            y: self.y - other.y,
+            xx: self.xx - other.xx,
+            xy: self.xy - other.xy,
+            yy: self.yy - other.yy,
+        }
+    }
+
+    /// Sum of squared distances from the best line: the lesser eigenvalue of the scatter around the mean.
+    fn line(self) -> f64 {
+        let xx = self.xx - self.x * self.x / self.count;
+        let xy = self.xy - self.x * self.y / self.count;
+        let yy = self.yy - self.y * self.y / self.count;
+        curionav_planning::numerics::eigenvalues(xx, xy, yy).1.max(0.0)
+    }
+}
+
+/// The sums over the first points, from none to all, relative to their middle.
+fn scatters(points: &[Point2]) -> Vec<Scatter> {
+    let m = middle(points);
+    let mut all = vec![Scatter::default()];
+    for p in points {
+        all.push(all[all.len() - 1].with(Point2::new(p.x - m.x, p.y - m.y)));
+    }
+    all
+}
+
+/// Sum of squared distances of points from the best line through them.
+fn line(points: &[Point2]) -> f64 {
+    let all = scatters(points);
+    all[all.len() - 1].line()
+}
+
+/// The same for two lines, each through at least `SIDE` of the points.
+fn corner(points: &[Point2]) -> f64 {
+    let all = scatters(points);
+    let whole = all[points.len()];
+    let cuts = SIDE..(points.len() + 1).saturating_sub(SIDE);
+    cuts.map(|cut| all[cut].line() + whole.without(all[cut]).line()).fold(f64::INFINITY, f64::min)
+}
+
+/// Numbers that a circle of known radius has, a line, and two lines that meet anywhere.
+const FREE: [f64; 3] = [2.0, 2.0, 5.0];
+/// A round thing is so much narrower than a person: a stool, a bin, a pillar.
+const THING: f64 = 0.8;
+/// Fewest points on a side of a corner.
+const SIDE: usize = 3;
+/// One scan says no more than that: its points err together.
+const MOST_OF_ONE: f64 = 3.0;
+
+/// How likely shapes are, as logarithms and up to a constant, by the criterion of Akaike (1974): no shape gains by having
+/// more free numbers.
+pub(crate) struct Likelihoods {
+    /// The front of a person.
+    person: f64,
+    /// That of a round thing.
+    round: f64,
+    /// A side or a corner of a box.
+    flat: f64,
+}
+
+impl Likelihoods {
+    /// Of points that the laser at the origin sees with a standard deviation of `sigma` metres across their shape. A
+    /// person is a circle of `radius`.
+    pub(crate) fn of(points: &[Point2], radius: f64, sigma: f64) -> Self {
+        let person = fit(points, radius);
+        let errors = [person.circle, fit(points, THING * radius).circle, person.line, corner(points)];
+        let [person, round, side, corner] = errors.map(|error| -0.5 * error / (sigma * sigma));
+        let [circle_free, side_free, corner_free] = FREE;
+        Self {
+            person: person - circle_free,
+            round: round - circle_free,
+            flat: (side - side_free).max(corner - corner_free),
+        }
+    }
+
+    /// How much likelier a person is than a round thing.
+    pub(crate) fn over_round(&self) -> f64 {
+        (self.person - self.round).clamp(-MOST_OF_ONE, MOST_OF_ONE)
+    }
+
+    /// How much likelier a person is than a side or a corner of a box.
+    pub(crate) fn over_flat(&self) -> f64 {
+        (self.person - self.flat).clamp(-MOST_OF_ONE, MOST_OF_ONE)
+    }
 }
 
 #[cfg(test)]
@@ -111,6 +208,35 @@ mod tests {
             assert!(fit.centre.distance(centre) < 0.02, "{:?} for {centre:?}", fit.centre);
             assert!(fit.circle < 0.2 * fit.line, "{} {}", fit.circle, fit.line);
         }
+    }
+
+    #[test]
+    fn many_noisy_scans_tell_a_person_from_a_side_and_from_a_corner_of_a_box() {
+        use curionav_planning::random::{rng, standard_normal};
+
+        const SIGMA: f64 = 0.03;
+        let mut random = rng(5, 0);
+        let mut sum = |points: &[Point2]| {
+            let mut one = || {
+                let noisy = points.iter().map(|p| {
+                    let range = hypot(p.x, p.y);
+                    p.toward(Point2::default(), SIGMA * standard_normal(&mut random) / range)
+                });
+                let noisy: Vec<Point2> = noisy.collect();
+                let likelihoods = Likelihoods::of(&noisy, 0.25, SIGMA);
+                likelihoods.over_round().min(likelihoods.over_flat())
+            };
+            (0..30).map(|_| one()).sum::<f64>()
+        };
+        let person = front(Point2::new(2.0, 0.2), 0.25);
+        let side: Vec<Point2> = (-7..=7).map(|i| Point2::new(2.0, 0.03 * f64::from(i))).collect();
+        let corner: Vec<Point2> =
+            (-7..=7).map(|i| Point2::new(1.7 + 0.03 * f64::from(i).abs(), 0.03 * f64::from(i))).collect();
+        assert!(sum(&person) > 5.0, "{}", sum(&person));
+        assert!(sum(&side) < -20.0, "{}", sum(&side));
+        let bin = front(Point2::new(2.0, 0.2), 0.19);
+        assert!(sum(&bin) < -5.0, "{}", sum(&bin));
+        assert!(sum(&corner) < -5.0, "{}", sum(&corner));
     }
 
     #[test]

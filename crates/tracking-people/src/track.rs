@@ -23,6 +23,13 @@ pub struct Person {
     pub age: f64,
 }
 
+/// A shape is a person's from so much on, a logarithm: twenty times as likely as a box.
+const ROUND: f64 = 3.0;
+/// Of what is new a box is known sooner.
+const NEW_ROUND: f64 = 1.0;
+/// Most that all scans together say of a shape.
+const MOST_ROUND: f64 = 20.0;
+
 /// A person who is followed, or something that may become one.
 #[derive(Debug, Clone)]
 pub(crate) struct Track {
@@ -35,6 +42,12 @@ pub(crate) struct Track {
     /// Scans since it began.
     scans: u32,
     pub(crate) confirmed: bool,
+    /// When and where it was seen first.
+    begun: (f64, Point2),
+    /// Whether it has walked since.
+    has_walked: bool,
+    /// How much likelier its shape is that of a person than that of a box, over all scans.
+    roundness: f64,
 }
 
 impl Track {
@@ -47,6 +60,9 @@ impl Track {
             history: 1,
             scans: 1,
             confirmed: params.needed() <= 1,
+            begun: (stamp, position),
+            has_walked: false,
+            roundness: 0.0,
         }
     }
 
@@ -64,7 +80,28 @@ impl Track {
     pub(crate) fn update(&mut self, position: Point2, sigma: f64, stamp: f64, params: &TrackerParams) {
         self.motion.update(position, sigma);
         self.seen = stamp;
+        let estimate = self.motion.estimate();
+        let speed = estimate.velocity().distance(Point2::default());
+        let gone = estimate.position().distance(self.begun.1);
+        self.has_walked |= speed >= params.walking && gone >= params.walked;
         self.remember(true, params);
+    }
+
+    /// Takes in what its shape in a scan says: nothing is ever so sure that a few scans cannot change it.
+    pub(crate) fn take_shape(&mut self, roundness: f64) {
+        self.roundness = (self.roundness + roundness).clamp(-MOST_ROUND, MOST_ROUND);
+    }
+
+    /// Whether it is a person. What walks is one, and for a while what is new, unless it has the shape of a box: parts of
+    /// a long one seem to walk along it as the robot does. What stands is one if it is as round as one.
+    pub(crate) fn is_person(&self, stamp: f64, params: &TrackerParams) -> bool {
+        let is_new = stamp - self.begun.0 < params.standing;
+        let least = match (self.has_walked, is_new) {
+            (true, _) => -ROUND,
+            (false, true) => -NEW_ROUND,
+            (false, false) => ROUND,
+        };
+        self.confirmed && self.roundness > least
     }
 
     /// Takes note that it is not seen.
@@ -88,6 +125,7 @@ impl Track {
     /// Goes along with a robot that turns out to be at `to` and not at `from`.
     pub(crate) fn carry(&mut self, from: Pose2, to: Pose2) {
         self.motion.carry(from, to);
+        self.begun.1 = to.transform(from.inverse_transform(self.begun.1));
     }
 
     /// What is known of it at `stamp`, for a robot at `robot` on the map.

@@ -34,6 +34,8 @@ pub struct Observation<'a> {
 const MOST_TRACKS: usize = 1024;
 /// Longest step between scans, seconds: after a longer silence all begins anew.
 const LONGEST_STEP: f64 = 2.0;
+/// How much likelier a pair of legs is a person's than a thing's, as a logarithm.
+const PAIR: f64 = 1.0;
 /// What a second leg costs besides its distance, so that a leg is rather the first of one person than the second of
 /// another.
 const SECOND_LEG: f64 = 1.0;
@@ -95,7 +97,7 @@ impl Tracker {
         self.begin(&left, now.stamp);
         self.forget(now, robot);
         self.merge();
-        let people = self.tracks.iter().filter(|track| track.confirmed);
+        let people = self.tracks.iter().filter(|track| track.is_person(now.stamp, &self.params));
         (people.map(|track| track.person(now.stamp, robot)).collect(), seen)
     }
 
@@ -117,10 +119,12 @@ impl Tracker {
                 [a, b] if is_leg(&found[a]) && is_leg(&found[b]) => {
                     let (position, sigma) = middle_of_legs(&found[a], &found[b]);
                     track.update(position, sigma, stamp, &self.params);
+                    track.take_shape(PAIR);
                 }
                 // A leg beside a trunk is a part of the same person.
                 [a, ..] => {
                     track.update(found[a].position, spread(&found[a], &self.params), stamp, &self.params);
+                    track.take_shape(found[a].roundness);
                 }
                 [] => track.miss(&self.params),
             }
@@ -299,7 +303,8 @@ mod tests {
             second.update(known, 0.03, 1.5, &params);
         }
         tracker.tracks = vec![first, second];
-        let seen = Detection { position: Point2::new(5.0, 5.1), kind: Kind::Trunk, sigma: 0.03 };
+        let seen =
+            Detection { position: Point2::new(5.0, 5.1), kind: Kind::Trunk, sigma: 0.03, roundness: 0.0 };
         let distance = |at: usize| tracker.tracks[at].estimate().distance(seen.position, seen.sigma);
         assert!(distance(0) < distance(1) && distance(1) < params.gate, "{} {}", distance(0), distance(1));
         assert_eq!(tracker.follow(&[seen], 1.6), []);

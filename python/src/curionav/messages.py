@@ -165,7 +165,7 @@ Reason = Annotated[dict[str, Any], coded({
     "arrived": {}, "least_cost": {}, "last_to_collide": {}, "least_cost_free": {}, "only_slow_free": {},
     "no_candidates": {"previous": PreviousState}, "not_scored": {"term": Name, "previous": PreviousState},
     "none_free": {"previous": PreviousState}, "mission_not_running": {"state": MissionState}, "not_prepared": {},
-    "people_unknown": {},
+    "people_unknown": {}, "no_way_to_goal": {},
 })]
 """Why a cycle was decided as it was: a `code` and its parameters."""
 
@@ -305,6 +305,22 @@ class Crowd(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class ObstacleCells(Record):
+    """What the robot has seen and is on no map: squares of equal size that are turned alike."""
+
+    x: Annotated[F32, Array("f32", "*", limit=4096)]
+    """[* <= 4096] m, map frame: centres"""
+    y: Annotated[F32, Array("f32", "x")]
+    """[x] m, map frame"""
+    heading: Number
+    """rad, map frame: direction of two of their sides"""
+    side: Positive
+    """m, positive"""
+    close_ways: bool
+    """they close every way to the goal"""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Health(Record):
     """How far a belief can be trusted beyond its covariance."""
 
@@ -377,13 +393,15 @@ class Scene(methods.Scene, Message):
     """One moment as the planner sees it."""
 
     NAME: ClassVar[str] = "scene"
-    MAX_BYTES: ClassVar[int] = 132 << 10
+    MAX_BYTES: ClassVar[int] = 168 << 10
     tick: Uint
     stamp: Number
     """s, robot clock"""
     belief: Belief
     people: People
     """in the map frame"""
+    obstacles: Annotated[U32, Array("u32", "*", high=2**32 - 1, limit=8192)] | None = None
+    """[* <= 8192] what stands on no map: first cell of a run and cells in it, in turn; ascending"""
     uncertain: bool
     """localisation counts as uncertain (with hysteresis)"""
     in_place_s: NonNegative
@@ -469,6 +487,8 @@ class CycleReport(methods.CycleReport, Message):
     decision: Decision
     timings: Timings
     crowds: Annotated[list[Crowd], {"limit": 1024}]
+    obstacles: ObstacleCells | None = None
+    """of the scene, for those who do not have the map; absent without any"""
     driven: Twist | None = None
     """the driver's last command before this cycle; absent until one is heard"""
     gap: Uint
@@ -596,7 +616,7 @@ class Reject(Message):
 
 
 MissionEnd = Annotated[dict[str, Any], coded({
-    "reached": {}, "timeout": {}, "lost": {}, "cancelled": {},
+    "reached": {}, "timeout": {}, "lost": {}, "no_way_to_goal": {}, "cancelled": {},
     "unprepared": {"role": Name, "instance": Name, "reject": Reject}, "world_failed": {"reject": Reject},
 })]
 """Why a mission ended: a `code` and its parameters."""
@@ -1183,7 +1203,8 @@ class RunResult(Message):
     scenario: str
     planner: str
     seed: Uint
-    outcome: Literal["reached", "timeout", "lost"]
+    outcome: Literal["reached", "timeout", "lost", "no_way"]
+    """the last one: obstacles have closed every way"""
     measures: Measures
     contacts: Annotated[list[Contact] | None, {"limit": 256}] = None
     """the collisions, in their order"""
@@ -1232,8 +1253,9 @@ __all__ = [
     "CommandReason", "Contact", "Crowd", "CycleReport", "Cycles", "Decision", "Degradation", "Disc", "EvaluateRequest",
     "Evaluated", "Finish", "Footprint", "GenerateReply", "GenerateRequest", "Health", "InjectRequest", "LaserModel",
     "Lease", "LeaseRequest", "Measures", "Memory", "Message", "Mission", "MissionCommand", "MissionEnd",
-    "MissionOrder", "MissionState", "OccupancyGrid", "Odometry", "OdometryNoise", "Particles", "PauseReply",
-    "PauseRequest", "People", "PeopleTrace", "Place", "Polygon", "Pose", "Prepared", "Previous", "PreviousState",
-    "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection", "RobotModel", "RunResult", "RunStatus", "Scan",
-    "Scene", "Scores", "ServiceStatus", "SetMission", "TermReport", "TermTime", "Timings", "Trace", "Tree", "Twist",
+    "MissionOrder", "MissionState", "ObstacleCells", "OccupancyGrid", "Odometry", "OdometryNoise", "Particles",
+    "PauseReply", "PauseRequest", "People", "PeopleTrace", "Place", "Polygon", "Pose", "Prepared", "Previous",
+    "PreviousState", "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection", "RobotModel", "RunResult",
+    "RunStatus", "Scan", "Scene", "Scores", "ServiceStatus", "SetMission", "TermReport", "TermTime", "Timings",
+    "Trace", "Tree", "Twist",
 ]

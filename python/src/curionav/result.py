@@ -34,7 +34,7 @@ class Result:
     scenario: str
     planner: str
     seed: int
-    outcome: Literal["reached", "timeout", "lost"]
+    outcome: Literal["reached", "timeout", "lost", "no_way"]
     measures: Measures
     contacts: list[Contact]
     social: dict[str, float]

@@ -15,6 +15,8 @@ Colours = NDArray[np.uint8]
 
 FLOOR = (30, 34, 43, 255)
 WALL = (150, 158, 174, 255)
+OBSTACLE = (186, 160, 92, 255)
+"""What stands on no map."""
 UNKNOWN = (16, 18, 24, 255)
 """Also the ground behind everything."""
 ROBOT = (240, 244, 250, 255)

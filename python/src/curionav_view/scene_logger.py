@@ -252,6 +252,7 @@ class SceneLogger:
         self._to.log("/plan/beyond", shapes.by_term(report, BEYOND))
         self._to.log("/people/unseen", shapes.unseen(report))
         self._to.log("/people/crowds", shapes.crowds(report))
+        self._to.log("/map/obstacles", shapes.obstacles(report))
         self._to.log("/map/density", shapes.density(heat.density(report.crowds, belief.x, belief.y)))
         text = words.decision(report, self.mission, self._nearest)
         self._to.log("/decision", rr.TextDocument(text, media_type="text/markdown"))

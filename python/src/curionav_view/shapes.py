@@ -29,6 +29,7 @@ HEIGHT_INFORMATION, HEIGHT_DENSITY, HEIGHT_CANDIDATES, HEIGHT_DECISION = 0.01, 0
 HEIGHT_RINGS = 0.09
 PERSON_HEIGHT = 1.7
 ROBOT_HEIGHT = 0.5
+OBSTACLE_HEIGHT = 0.5
 HEIGHT_PARTICLES, HEIGHT_ELLIPSE = ROBOT_HEIGHT + 0.02, ROBOT_HEIGHT + 0.05
 """Above the robot, which would hide a belief that is narrower than itself."""
 NEAR = 1.5
@@ -238,6 +239,22 @@ def people_ellipses(people: People, belief: Belief) -> rr.LineStrips3D:
     ages = np.zeros(len(x)) if people.age is None else people.age
     labels = [f"not seen for {age:.1f} s" if age > 0.0 else "" for age in ages]
     return rr.LineStrips3D(strips, colors=[colours.PERSON], radii=[0.02], labels=labels, show_labels=True)
+
+
+def obstacles(report: CycleReport) -> rr.Boxes3D | rr.Clear:
+    """What the robot has seen and is on no map."""
+    cells = report.obstacles
+    if cells is None:
+        return rr.Clear(recursive=False)
+    half = 0.5 * cells.side
+    turn = rr.RotationAxisAngle([0.0, 0.0, 1.0], rr.Angle(rad=cells.heading))
+    return rr.Boxes3D(
+        centers=_flat(cells.x, cells.y, 0.5 * OBSTACLE_HEIGHT),
+        half_sizes=[[half, half, 0.5 * OBSTACLE_HEIGHT]],
+        rotation_axis_angles=[turn],
+        colors=[colours.OBSTACLE],
+        fill_mode="solid",
+    )
 
 
 def crowds(report: CycleReport) -> rr.LineStrips3D:

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use curionav_planning::arbitration::arbitrate;
+use curionav_planning::geometry::Point2;
 use curionav_planning::scene::Moment;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::Peers;
@@ -39,7 +40,8 @@ pub async fn plan<P: Peers>(
     if let Some(seconds) = braked_for {
         observer.observe_braking(&course.profile, &course.robot, belief.pose, moment.stamp, seconds);
     }
-    let scene = observer.form_scene(&course.profile, &course.robot, moment, belief, &people);
+    let mut scene = observer.form_scene(&course.profile, &course.robot, moment, belief, &people);
+    scene.obstacles = course.obstacles.clone();
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
     // Generate: replicas grow the trees, which travel with the questions.
@@ -94,6 +96,10 @@ pub struct Observation {
 /// count as unknown: they have moved on since, or the robot's clock has started over since they were seen.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
+/// A mission is given up after every way has been closed for so long, seconds: with the time in which a closed way is
+/// seen, half a minute.
+const CLOSED_MAX: f64 = 25.0;
+
 /// Makes the decision of one cycle. If the mission is running, `context` is prepared for it and `people` are recent, it
 /// is what [`plan`] decides. Otherwise it is a stop without planning: then there is no outcome, and nothing to report.
 pub async fn decide<P: Peers>(
@@ -106,13 +112,16 @@ pub async fn decide<P: Peers>(
 ) -> (wire::Decision, Option<CycleOutcome>) {
     memory.seq += 1;
     let newest_belief = belief.clone();
-    match observe(context, mission, belief, people) {
+    match observe(context, memory, mission, belief, people) {
         Ok((context, observation)) => {
             let (decision, outcome) = plan(pool, context, memory, observation).await;
             (decision, Some(outcome))
         }
         Err(Failure { reason, degraded }) => {
             memory.carried.observer.forget_progress();
+            if reason != Reason::NoWayToGoal {
+                memory.forget_ways();
+            }
             (report::stop(memory.id(), &newest_belief, mission.order.tick_s, reason, degraded), None)
         }
     }
@@ -127,6 +136,7 @@ struct Failure {
 /// What a cycle of a running mission starts from, if everything is there.
 fn observe<'a>(
     context: Option<&'a PlanContext>,
+    memory: &mut Memory,
     mission: &wire::Mission,
     belief: wire::Belief,
     people: Option<wire::People>,
@@ -142,5 +152,14 @@ fn observe<'a>(
     let Some(people) = people.filter(|it| (belief.stamp - it.stamp).abs() <= PEOPLE_AGE_MAX) else {
         return Err(Failure { reason: Reason::PeopleUnknown, degraded: Some(Degradation::PeopleUnknown) });
     };
+    if memory.observe_ways(are_ways_closed(context, &belief), belief.stamp) >= CLOSED_MAX {
+        return Err(Failure { reason: Reason::NoWayToGoal, degraded: None });
+    }
     Ok((context, Observation { belief, people }))
+}
+
+/// Whether obstacles close every way to the goal.
+pub(crate) fn are_ways_closed(context: &PlanContext, belief: &wire::Belief) -> bool {
+    let here = Point2::new(belief.x, belief.y);
+    context.course.geodesic.is_closed(here, context.mission.order.goal_tolerance)
 }

@@ -8,6 +8,7 @@ mod evaluation_stage;
 mod generation_stage;
 mod in_process;
 pub mod memory;
+mod obstacle_watch;
 pub mod readiness;
 pub mod report;
 mod service;

@@ -11,6 +11,32 @@ pub type DecisionId = (u64, u64);
 /// A command older than this says nothing of now, seconds of the robot's clock.
 const BRAKING_AGE_MAX: f64 = 0.5;
 
+/// Ways that were closed count as open again after so long, seconds. What is seen of a thing differs from scan to scan,
+/// and a robot that has not looked for a while takes a way for open until it has looked again.
+const OPEN_AGAIN: f64 = 5.0;
+
+/// For how long obstacles have closed every way, seconds of the robot's clock.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ways {
+    closed_since: Option<f64>,
+    /// Since when one seems open although they were closed before.
+    open_since: Option<f64>,
+}
+
+impl Ways {
+    fn observe(&mut self, are_closed: bool, stamp: f64) -> f64 {
+        if are_closed {
+            self.open_since = None;
+            return stamp - *self.closed_since.get_or_insert(stamp);
+        }
+        let open_since = *self.open_since.get_or_insert(stamp);
+        if stamp - open_since >= OPEN_AGAIN {
+            self.closed_since = None;
+        }
+        0.0
+    }
+}
+
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
@@ -24,6 +50,8 @@ pub struct Memory {
     pub(crate) carried: Carried,
     /// The driver's newest command: what became of the decisions before.
     pub(crate) driven: Option<wire::Twist>,
+    /// Whether obstacles have closed every way, and for how long.
+    ways: Ways,
 }
 
 impl Memory {
@@ -42,6 +70,7 @@ impl Memory {
             seq: memory.seq,
             planned: None,
             driven: memory.driven,
+            ways: Ways::default(),
             carried: Carried {
                 observer: Observer {
                     uncertain: memory.uncertain,
@@ -98,6 +127,16 @@ impl Memory {
         ((0.0..=BRAKING_AGE_MAX).contains(&age) && seconds >= 0.0).then_some(seconds)
     }
 
+    /// Takes note at `stamp` of whether obstacles close every way; gives back for how long they have, seconds.
+    pub(crate) fn observe_ways(&mut self, are_closed: bool, stamp: f64) -> f64 {
+        self.ways.observe(are_closed, stamp)
+    }
+
+    /// Ways count as open again.
+    pub(crate) fn forget_ways(&mut self) {
+        self.ways = Ways::default();
+    }
+
     /// (epoch, seq) of the newest decision.
     pub fn id(&self) -> DecisionId {
         (self.epoch, self.seq)
@@ -127,6 +166,17 @@ mod tests {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let robot = mission.order.robot;
         assert_eq!(carried, wire::Memory { robot, run, revision, seq, version, ..recorded });
+    }
+
+    #[test]
+    fn ways_are_closed_until_one_was_open_for_a_while() {
+        let mut memory = Memory::new(0);
+        let seen = [(1.0, false), (2.0, true), (5.0, true), (6.0, false), (9.0, true), (10.0, false)];
+        let closed_for = seen.map(|(stamp, are_closed)| memory.observe_ways(are_closed, stamp));
+        assert_eq!(closed_for, [0.0, 0.0, 3.0, 0.0, 7.0, 0.0]);
+        let closed_for =
+            [(15.0, false), (16.0, true), (18.0, true)].map(|(t, closed)| memory.observe_ways(closed, t));
+        assert_eq!(closed_for, [0.0, 0.0, 2.0]);
     }
 
     #[test]

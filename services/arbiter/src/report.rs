@@ -9,8 +9,8 @@ use curionav_planning::evaluation::hccdm::{Component, Hccdm};
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
 use curionav_schemas::{
-    self as wire, Action, Crowd, CycleReport, Decision, Degradation, Evaluated, F64Array, PreviousState,
-    Reason, RejectedCandidate, Rejection, TermReport, Timings, Twist, U32Array,
+    self as wire, Action, Crowd, CycleReport, Decision, Degradation, Evaluated, F64Array, ObstacleCells,
+    PreviousState, Reason, RejectedCandidate, Rejection, TermReport, Timings, Twist, U32Array,
 };
 
 use curionav_pool::context::PlanContext;
@@ -124,6 +124,7 @@ impl CycleOutcome {
         let rejected = self.verdict.rejected.iter().enumerate().filter_map(|(i, rejection)| {
             Some(RejectedCandidate { candidate: i as u32, why: rejection_to_wire(rejection.as_ref()?) })
         });
+        let obstacles = (!self.scene.obstacles.is_empty()).then(|| self.obstacles(context));
         CycleReport {
             robot: context.mission.order.robot.clone(),
             epoch: decision.epoch,
@@ -141,8 +142,25 @@ impl CycleOutcome {
             decision,
             timings: self.timings,
             crowds: crowds.components().iter().map(crowd).collect(),
+            obstacles,
             driven: self.driven,
             gap: self.gap,
+        }
+    }
+
+    /// What stands on no map, for those who do not have the map.
+    fn obstacles(&self, context: &PlanContext) -> ObstacleCells {
+        let course = &context.course;
+        let grid = &course.map.grid;
+        let centres = self.scene.obstacles.places(grid).map(|(column, row)| grid.centre(column, row));
+        let (x, y): (Vec<f32>, Vec<f32>) = centres.map(|p| (p.x as f32, p.y as f32)).unzip();
+        let here = self.scene.belief.pose.position();
+        ObstacleCells {
+            x: x.into(),
+            y: y.into(),
+            heading: grid.origin().heading,
+            side: grid.resolution(),
+            close_ways: course.geodesic.is_closed(here, context.mission.order.goal_tolerance),
         }
     }
 }

@@ -4,6 +4,7 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
 use std::time::Instant;
 
+use curionav_planning::geometry::Point2;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
@@ -21,6 +22,7 @@ use tokio::task::JoinSet;
 use crate::cycle;
 use crate::cycle_counts::CycleCounts;
 use crate::memory::Memory;
+use crate::obstacle_watch::ObstacleWatch;
 use crate::readiness::await_pool;
 
 struct Arbiter {
@@ -33,6 +35,8 @@ struct Arbiter {
     keeping_ready: JoinSet<()>,
     beliefs: Latest<Belief>,
     people: Latest<People>,
+    /// What stands around the robot that is on no map.
+    watch: ObstacleWatch,
     /// What the driver commands, and on whose decision.
     commands: Latest<Twist>,
     decisions: Topic<Decision>,
@@ -67,6 +71,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             keeping_ready: JoinSet::new(),
             beliefs: Latest::new(service.inbox("belief")?),
             people: Latest::new(service.inbox("people")?),
+            watch: ObstacleWatch::new(
+                Latest::new(service.inbox("scan")?),
+                Latest::new(service.inbox("odom")?),
+            ),
             commands: Latest::new(service.inbox("cmd")?),
             decisions: service.topic("decision", Flow::Control)?,
             reports: service.on_demand("report", Flow::Report)?,
@@ -138,6 +146,7 @@ impl MissionFollower for Arbiter {
     fn forget_run(&mut self) {
         self.beliefs.clear();
         self.people.clear();
+        self.watch.forget();
         self.commands.clear();
         self.planned = None;
     }
@@ -158,8 +167,13 @@ impl MissionFollower for Arbiter {
         if self.planned.is_some_and(|last| has_started_over(last, belief.tick)) {
             tracing::warn!(tick = belief.tick, last = ?self.planned, "the base has started over");
             self.planned = None;
+            self.watch.forget();
             self.commands.clear();
             self.memory = self.memory.fresh();
+        }
+        let people = self.people.of_tick(belief.tick, clock).await.cloned();
+        if let Some(context) = self.context.as_deref() {
+            self.watch.see(&belief, people.as_ref(), context, clock).await;
         }
         let due = match clock {
             Clock::Lockstep => belief.tick.is_multiple_of(period),
@@ -171,8 +185,11 @@ impl MissionFollower for Arbiter {
         let started = Instant::now();
         self.observe_command(belief.tick, clock).await;
         self.planned = Some(belief.tick);
-        let people = self.people.of_tick(belief.tick, clock).await.cloned();
-        let context = self.context.as_deref();
+        let obstructed = self.obstructed(Point2::new(belief.x, belief.y));
+        let context = obstructed.as_deref();
+        if context.is_some_and(|context| cycle::are_ways_closed(context, &belief)) {
+            self.watch.look_again(belief.stamp);
+        }
         let carried = self.memories.is_heard().then(|| self.memory.to_wire(mission));
         let (decision, outcome) =
             cycle::decide(&self.pool, context, &mut self.memory, mission, belief, people).await;
@@ -195,6 +212,22 @@ impl MissionFollower for Arbiter {
 }
 
 impl Arbiter {
+    /// The mission with what is known of obstacles now, for a robot that is `here`.
+    fn obstructed(&self, here: Point2) -> Option<Arc<PlanContext>> {
+        let base = self.context.as_ref()?;
+        let obstacles = self.watch.obstacles();
+        if obstacles.is_empty() {
+            return Some(Arc::clone(base));
+        }
+        match tokio::task::block_in_place(|| base.obstructed(obstacles, here, &self.fields)) {
+            Ok(context) => Some(Arc::new(context)),
+            Err(reject) => {
+                tracing::warn!(%reject, "there is no course past obstacles");
+                None
+            }
+        }
+    }
+
     /// Takes note of what the driver has done. In lockstep its command of the tick before is waited for, so that a
     /// cycle always starts from the same; of a run that it has not yet planned in it has missed commands.
     async fn observe_command(&mut self, tick: u64, clock: Clock) {

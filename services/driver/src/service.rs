@@ -18,7 +18,7 @@ use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionCommand, MissionEnd, MissionState,
-    Odometry, Refusal, Scan, keys,
+    Odometry, Reason, Refusal, Scan, keys,
 };
 use tokio::sync::watch;
 
@@ -273,6 +273,7 @@ impl Driver {
             let moving = on_arrival(&odometry, &on_its_way, &robot).twist;
             return self.publish(&mission, &odometry, braking(moving, &stopping, period), reason);
         }
+        self.give_up(&mission);
         let fence = self.fence.borrow();
         let decision = fence.in_force();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
@@ -364,6 +365,18 @@ impl Driver {
         );
         let lost = MissionCommand::Finish { revision: mission.revision, end: MissionEnd::Lost };
         if let Err(reject) = self.keys.change(|current| current.command(lost)) {
+            tracing::warn!(%reject, "the mission goes on");
+        }
+    }
+
+    /// Ends the mission if the arbiter has found every way to the goal closed. The robot stands by then.
+    fn give_up(&mut self, mission: &Mission) {
+        let is_closed = self.fence.borrow().in_force().is_some_and(|it| it.reason == Reason::NoWayToGoal);
+        if !is_closed {
+            return;
+        }
+        let end = MissionCommand::Finish { revision: mission.revision, end: MissionEnd::NoWayToGoal };
+        if let Err(reject) = self.keys.change(|current| current.command(end)) {
             tracing::warn!(%reject, "the mission goes on");
         }
     }

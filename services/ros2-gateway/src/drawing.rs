@@ -4,16 +4,18 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::numerics::sin_cos;
 use curionav_ros2::limits::MARKERS;
 use curionav_ros2::messages as ros;
-use curionav_schemas::{Belief, CycleReport, Decision};
+use curionav_schemas::{Belief, CycleReport, Decision, ObstacleCells};
 
 /// Markers vanish by themselves if no cycle renews them.
 const LIFETIME: ros::Duration = ros::Duration { sec: 1, nanosec: 0 };
 /// What markers are.
 const CYLINDER: i32 = 3;
 const LINE_STRIP: i32 = 4;
+const CUBE_LIST: i32 = 6;
 const DELETE_ALL: i32 = 3;
 const LINE_WIDTH: f64 = 0.02;
 const PERSON_HEIGHT: f64 = 1.7;
+const OBSTACLE_HEIGHT: f64 = 0.5;
 
 /// A pose in the plane.
 pub(crate) fn pose(pose: Pose2) -> ros::Pose {
@@ -115,9 +117,11 @@ pub(crate) fn candidates(report: &CycleReport, header: &ros::Header) -> ros::Mar
     ros::MarkerArray { markers }
 }
 
-/// The people and crowds of a cycle: a column per person, and a flat disc of one standard deviation per crowd.
+/// The people, crowds and obstacles of a cycle: a column per person, a flat disc of one standard deviation per crowd, and
+/// cubes.
 pub(crate) fn crowd(report: &CycleReport, header: &ros::Header) -> ros::MarkerArray {
     let mut markers = fresh(header);
+    markers.extend(report.obstacles.as_ref().map(|cells| obstacles(cells, header)));
     let people = &report.scene.people;
     for (i, (x, y)) in people.x.iter().zip(people.y.iter()).enumerate() {
         let colour = ros::ColorRgba { r: 1.0, g: 0.6, b: 0.0, a: 0.8 };
@@ -133,6 +137,18 @@ pub(crate) fn crowd(report: &CycleReport, header: &ros::Header) -> ros::MarkerAr
     }
     markers.truncate(MARKERS);
     ros::MarkerArray { markers }
+}
+
+/// What the robot has seen and is on no map, as cubes in one marker.
+fn obstacles(cells: &ObstacleCells, header: &ros::Header) -> ros::Marker {
+    let colour = ros::ColorRgba { r: 0.5, g: 0.4, b: 0.1, a: 0.9 };
+    let mut cubes = marker(header, "obstacles", 0, CUBE_LIST, colour);
+    cubes.scale = ros::Vector3 { x: cells.side, y: cells.side, z: OBSTACLE_HEIGHT };
+    let centres = cells.x.iter().zip(cells.y.iter());
+    let points =
+        centres.map(|(x, y)| ros::Point { x: (*x).into(), y: (*y).into(), z: 0.5 * OBSTACLE_HEIGHT });
+    cubes.points = points.collect();
+    cubes
 }
 
 /// Puts a cylinder on the floor, metres.

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use curionav_ros2::messages::{
     CancelGoalRequest, CancelGoalResponse, GoalInfo, GoalStatus, GoalStatusArray, Time, Uuid,
 };
+use curionav_schemas::{MissionEnd, Refusal};
 
 /// Goals that are remembered, for clients that ask late.
 const REMEMBERED: usize = 64;
@@ -49,11 +50,34 @@ pub(crate) struct Goal {
     pub(crate) status: Status,
     /// Why it failed, in words.
     pub(crate) why: String,
+    /// The same as a number of Nav2's; 0 if it has not failed.
+    pub(crate) error: u16,
 }
+
+/// Nav2's number for failures that are none of its own kinds.
+const ANY_FAILURE: u16 = 9000;
 
 impl Goal {
     fn info(&self) -> GoalInfo {
         GoalInfo { goal_id: self.id, stamp: self.stamp }
+    }
+}
+
+/// Nav2's numbers in `ComputePathToPose`, which its navigator passes on: something stands on the goal, or there is no way.
+const GOAL_OCCUPIED: u16 = 206;
+const NO_VALID_PATH: u16 = 208;
+
+/// The number that Nav2 has for the end of a mission, if it has one of its own.
+pub(crate) fn error_of(end: &MissionEnd) -> Option<u16> {
+    let refusal = match end {
+        MissionEnd::NoWayToGoal => return Some(NO_VALID_PATH),
+        MissionEnd::Unprepared { reject, .. } => &reject.why,
+        _ => return None,
+    };
+    match refusal {
+        Refusal::UnreachableGoal { .. } => Some(NO_VALID_PATH),
+        Refusal::NoRoomAtGoal { .. } => Some(GOAL_OCCUPIED),
+        _ => None,
     }
 }
 
@@ -88,14 +112,20 @@ impl Goals {
             // The oldest has ended: at most one has not, and that is the newest.
             self.known.pop_front();
         }
-        self.known.push_back(Goal { id, stamp, status: Status::Accepted, why: String::new() });
+        self.known.push_back(Goal { id, stamp, status: Status::Accepted, why: String::new(), error: 0 });
         true
     }
 
     /// Changes how the goal under way fares; gives its name if that is a change.
     pub(crate) fn set(&mut self, status: Status, why: &str) -> Option<Uuid> {
+        self.end(status, why, if why.is_empty() { 0 } else { ANY_FAILURE })
+    }
+
+    /// The same, with the number that Nav2 has for the failure.
+    pub(crate) fn end(&mut self, status: Status, why: &str, error: u16) -> Option<Uuid> {
         let goal = self.known.iter_mut().rev().find(|goal| !goal.status.is_end() && goal.status != status)?;
         goal.status = status;
+        goal.error = error;
         why.clone_into(&mut goal.why);
         Some(goal.id)
     }

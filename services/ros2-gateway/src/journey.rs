@@ -8,7 +8,7 @@ use curionav_ros2::messages::{Time, Uuid};
 use curionav_runtime::robot_service::is_over;
 use curionav_schemas::{Decision, Mission, MissionCommand, MissionEnd, MissionState, Reject, words};
 
-use crate::goals::{Goals, Status};
+use crate::goals::{self, Goals, Status};
 
 /// Why a mission was ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -231,7 +231,11 @@ impl Journey {
             Some(ours) if ours == newest && is_over(&mission) => {
                 self.ours = None;
                 let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
-                effects.extend(self.goals.set(status, &why).map(|_| Effect::Goals));
+                let ended = match mission.end.as_ref().and_then(goals::error_of) {
+                    Some(error) => self.goals.end(status, &why, error),
+                    None => self.goals.set(status, &why),
+                };
+                effects.extend(ended.map(|_| Effect::Goals));
             }
             Some(ours) if ours < newest && self.asked.is_none() => {
                 self.ours = None;
@@ -278,6 +282,7 @@ fn end(mission: &Mission, until_now: Option<Status>) -> (Status, String) {
 
 #[cfg(test)]
 mod tests {
+    use curionav_schemas::Refusal;
     use curionav_testing::golden;
 
     use super::*;
@@ -453,6 +458,26 @@ mod tests {
         let end = MissionEnd::Unprepared { role, instance, reject };
         journey.said(mission(3, MissionState::Finished, Some(end)), 20);
         assert!(status(&journey).0 == Status::Aborted && status(&journey).1.contains("localizer"));
+    }
+
+    #[test]
+    fn a_goal_without_a_way_fails_with_the_number_that_nav2_has_for_it() {
+        let unprepared = |refusal: Refusal| MissionEnd::Unprepared {
+            role: "arbiter".into(),
+            instance: "a".into(),
+            reject: refusal.at("goal"),
+        };
+        for (end, error) in [
+            (MissionEnd::NoWayToGoal, 208),
+            (unprepared(Refusal::UnreachableGoal { x: 1.0, y: 2.0 }), 208),
+            (unprepared(Refusal::NoRoomAtGoal { x: 1.0, y: 2.0, room: 0.1, radius: 0.3 }), 206),
+            (MissionEnd::Lost, 9000),
+        ] {
+            let mut journey = under_way();
+            journey.said(mission(3, MissionState::Finished, Some(end)), 20);
+            let goal = journey.goals.get(&GOAL).unwrap();
+            assert_eq!((goal.status, goal.error), (Status::Aborted, error), "{goal:?}");
+        }
     }
 
     #[test]

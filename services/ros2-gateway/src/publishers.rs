@@ -133,8 +133,7 @@ impl Publishers {
             return asked.reply(&ros::GetResultResponseHumble { status, ..Default::default() });
         }
         let why = goal.map_or("", |goal| goal.why.as_str());
-        // 9000 is what Nav2 has for failures that are none of its own kinds.
-        let error_code = if why.is_empty() { 0 } else { 9000 };
+        let error_code = goal.map_or(0, |goal| goal.error);
         let mut error_msg = why.to_owned();
         while error_msg.len() > curionav_ros2::limits::TEXT {
             error_msg.pop();

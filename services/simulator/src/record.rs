@@ -116,6 +116,7 @@ impl Record {
                 Outcome::Reached => wire::Outcome::Reached,
                 Outcome::Timeout => wire::Outcome::Timeout,
                 Outcome::Lost => wire::Outcome::Lost,
+                Outcome::NoWay => wire::Outcome::NoWay,
             },
             contacts: contacts(&measured),
             measures: measures(&measured),

@@ -115,6 +115,7 @@ impl Streams {
             Ok(Outcome::Reached) => MissionEnd::Reached,
             Ok(Outcome::Timeout) => MissionEnd::Timeout,
             Ok(Outcome::Lost) => MissionEnd::Lost,
+            Ok(Outcome::NoWay) => MissionEnd::NoWayToGoal,
             Err(end) => end.clone(),
         };
         // The robot must not go on driving once its run is no longer judged.
@@ -202,8 +203,10 @@ impl Streams {
             if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last().or(said.take()) {
                 *mission = newest;
             }
-            if let Some(end) = ended(mission) {
-                return Err(end);
+            match ended(mission) {
+                Some(MissionEnd::NoWayToGoal) => return Ok(Outcome::NoWay),
+                Some(end) => return Err(end),
+                None => {}
             }
             let people_known = tokio::select! {
                 known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,

@@ -51,7 +51,7 @@ mod tests {
     fn only_a_goal_reached_without_collision_succeeds() {
         let reached = golden::run_result();
         assert_eq!(exit_code(&reached), exit::SUCCESS);
-        for outcome in [Outcome::Timeout, Outcome::Lost] {
+        for outcome in [Outcome::Timeout, Outcome::Lost, Outcome::NoWay] {
             assert_eq!(exit_code(&RunResult { outcome, ..reached.clone() }), exit::FAILED);
         }
         let mut bumped = reached;

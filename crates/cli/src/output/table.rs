@@ -37,6 +37,7 @@ fn headline(result: &RunResult) -> String {
         Outcome::Reached => "REACHED the goal",
         Outcome::Timeout => "TIMEOUT before the goal",
         Outcome::Lost => "LOST on the map",
+        Outcome::NoWay => "NO WAY to the goal is open",
     };
     format!("{outcome} {bumps}: {scenario}, planner {planner}, seed {seed}")
 }

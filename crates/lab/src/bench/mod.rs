@@ -125,10 +125,10 @@ fn show_missing(missing: &[Missing]) {
 fn show(plan: &Plan, rows: &[&Row]) -> Result<(), Exit> {
     for planner in &plan.planners {
         let own = rows.iter().copied().filter(|row| row.planner == planner.name);
-        let Tally { runs, success, timeouts, lost, collided } = Tally::of(own);
+        let Tally { runs, success, timeouts, lost, no_way, collided } = Tally::of(own);
         print(format_args!(
             "{:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
-             {timeouts} timeouts, {lost} lost",
+             {timeouts} timeouts, {lost} lost, {no_way} without a way",
             planner.name
         ))?;
     }

@@ -54,6 +54,7 @@ pub(crate) struct Tally {
     pub(crate) success: usize,
     pub(crate) timeouts: usize,
     pub(crate) lost: usize,
+    pub(crate) no_way: usize,
     pub(crate) collided: usize,
 }
 
@@ -64,6 +65,7 @@ impl Tally {
             success: tally.success + usize::from(row.is_success()),
             timeouts: tally.timeouts + usize::from(row.outcome == Outcome::Timeout),
             lost: tally.lost + usize::from(row.outcome == Outcome::Lost),
+            no_way: tally.no_way + usize::from(row.outcome == Outcome::NoWay),
             collided: tally.collided + usize::from(row.measures.collisions > 0),
         })
     }

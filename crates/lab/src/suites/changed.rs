@@ -35,7 +35,7 @@ const SEEDS: [u64; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 /// Draws before a floor counts as too small.
 const DRAWS: u64 = 200;
 /// When a closed way is opened again, seconds.
-const OPENED_S: f64 = 40.0;
+const OPENED_S: f64 = 20.0;
 
 pub(super) fn files() -> anyhow::Result<Vec<File>> {
     let mut files = Vec::new();

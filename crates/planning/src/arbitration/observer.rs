@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
+use crate::occupancy::Obstacles;
 use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, Moment, People, Scene};
 
@@ -70,7 +71,8 @@ impl Observer {
         self.update_patience(&profile.patience, robot, here, place.since);
         let in_place = stamp - place.since;
         let impatient = self.impatient_since.is_some();
-        Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place, impatient }
+        let uncertain = self.uncertain;
+        Scene { tick, stamp, belief, people, obstacles: Obstacles::default(), uncertain, in_place, impatient }
     }
 
     /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at

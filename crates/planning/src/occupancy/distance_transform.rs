@@ -1,5 +1,7 @@
 //! Exact Euclidean distance transform (Felzenszwalb and Huttenlocher, 2012).
 
+use std::ops::Range;
+
 use crate::geometry::Point2;
 use crate::occupancy::{Cell, OccupancyGrid};
 
@@ -42,6 +44,30 @@ impl DistanceField {
             metres.extend(squared.map(|d| (d.min(far).sqrt() * grid.resolution()) as f32));
         }
         Self { width, height, resolution: grid.resolution(), metres }
+    }
+
+    /// How far from targets that are added later distances are exact, metres: farther away no planner asks for room.
+    pub const NEAR: f64 = 3.0;
+
+    /// The distances with these cells as targets as well, exact up to [`Self::NEAR`] from them.
+    #[must_use]
+    pub fn with_targets(&self, targets: &[usize]) -> Self {
+        let mut field = self.clone();
+        let Some(window) = Window::around(targets, self) else { return field };
+        let mut is_target = vec![false; window.width() * window.height()];
+        for target in targets {
+            is_target[window.local(target % self.width, target / self.width)] = true;
+        }
+        let within_columns = within_columns(window.width(), window.height(), |i| is_target[i]);
+        let mut envelope = Envelope::new(window.width());
+        for (row, distances) in within_columns.chunks_exact(window.width()).enumerate() {
+            let first = (window.rows.start + row) * self.width + window.columns.start;
+            let known = &mut field.metres[first..first + window.width()];
+            for (known, squared) in known.iter_mut().zip(envelope.of(distances)) {
+                *known = known.min((squared.sqrt() * self.resolution) as f32);
+            }
+        }
+        field
     }
 
     /// Distance from the centre of the cell with this index, metres.
@@ -91,6 +117,39 @@ impl DistanceField {
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
+    }
+}
+
+/// A part of a grid.
+struct Window {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Window {
+    /// The part in which distances to these cells are at most [`DistanceField::NEAR`]; none without cells.
+    fn around(cells: &[usize], field: &DistanceField) -> Option<Self> {
+        let DistanceField { width, height, resolution, .. } = *field;
+        let reach = (DistanceField::NEAR / resolution).ceil() as usize;
+        let columns = cells.iter().map(|cell| cell % width);
+        let rows = cells.iter().map(|cell| cell / width);
+        Some(Self {
+            columns: columns.clone().min()?.saturating_sub(reach)..(columns.max()? + reach + 1).min(width),
+            rows: rows.clone().min()?.saturating_sub(reach)..(rows.max()? + reach + 1).min(height),
+        })
+    }
+
+    fn width(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn height(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Index in the window of a cell of the grid.
+    fn local(&self, column: usize, row: usize) -> usize {
+        (row - self.rows.start) * self.width() + column - self.columns.start
     }
 }
 
@@ -180,6 +239,32 @@ mod tests {
     use super::*;
     use crate::geometry::Pose2;
     use crate::random::{rng, uniform};
+
+    #[test]
+    fn targets_that_are_added_later_count_as_if_they_had_been_there() {
+        for seed in 0..20 {
+            let mut r = rng(seed, 1);
+            let width = 60 + (uniform(&mut r) * 60.0) as usize;
+            let cells = (0..width * 80).map(|_| if uniform(&mut r) < 0.002 { 100 } else { 0 }).collect();
+            let grid = OccupancyGrid::new(width, 80, 0.1, Pose2::default(), cells).unwrap();
+            let corner = (uniform(&mut r) * 40.0) as usize;
+            let place = |r: &mut _| corner + (uniform(r) * 20.0) as usize;
+            let added: Vec<usize> = (0..8).map(|_| place(&mut r) * width + place(&mut r)).collect();
+            let found = DistanceField::to_occupied(&grid).with_targets(&added);
+            let whole = DistanceField::to(&grid, |i| grid.cell(i) == Cell::Occupied || added.contains(&i));
+            for i in 0..width * 80 {
+                let expected = whole.cell(i);
+                let is_near = expected <= DistanceField::NEAR;
+                assert!(
+                    if is_near { found.cell(i) == expected } else { found.cell(i) >= expected },
+                    "{seed}, {i}"
+                );
+            }
+        }
+        let grid = OccupancyGrid::new(3, 3, 0.1, Pose2::default(), vec![0; 9]).unwrap();
+        let empty = DistanceField::to_occupied(&grid);
+        assert_eq!(empty.with_targets(&[]), empty);
+    }
 
     #[test]
     fn equals_brute_force_on_random_grids() {

@@ -1,6 +1,8 @@
 //! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
 
+pub(super) mod coarse;
 pub(super) mod detour;
+mod joined;
 mod lookup;
 
 use std::ops::Range;
@@ -24,6 +26,8 @@ pub struct GeodesicField {
     goal: Point2,
     /// The robot's, metres.
     radius: f64,
+    /// What cells count as, of a field whose cells are not those of a map.
+    floor: Option<Arc<joined::Joined>>,
     /// Unit vectors in which a descent looks around.
     directions: [Point2; DIRECTIONS],
 }
@@ -48,20 +52,23 @@ impl GeodesicField {
     pub fn new(map: &StaticMap, goal: Point2, radius: f64) -> Self {
         let grid = &map.grid;
         let slowness = slowness(map, radius, 0..grid.width(), 0..grid.height());
+        Self::marched(Arc::clone(grid), slowness, goal, radius, EXACT_CELLS)
+    }
+
+    /// Marches from `goal` over cells that count as so many metres, with a border of one cell around them.
+    fn marched(
+        grid: Arc<OccupancyGrid>,
+        slowness: Vec<f32>,
+        goal: Point2,
+        radius: f64,
+        exact: usize,
+    ) -> Self {
         let mut march = March::new(grid.width(), slowness);
-        for ((column, row), metres) in beside(grid, goal) {
+        for ((column, row), metres) in beside(&grid, goal, exact) {
             march.start(column, row, metres);
         }
-        Self {
-            grid: Arc::clone(grid),
-            metres: march.run(),
-            goal,
-            radius,
-            directions: std::array::from_fn(|k| {
-                let (s, c) = sin_cos(k as f64 * std::f64::consts::TAU / DIRECTIONS as f64);
-                Point2::new(c, s)
-            }),
-        }
+        let metres = march.run();
+        Self { grid, metres, goal, radius, floor: None, directions: directions() }
     }
 
     /// Bytes of memory, without those of the grid.
@@ -93,6 +100,14 @@ impl GeodesicField {
     pub fn descend_for(&self, start: Point2, spacing: f64, length: f64) -> Vec<Point2> {
         descend(|p| self.at(p), &self.directions, start, spacing, length)
     }
+}
+
+/// Unit vectors, evenly spaced.
+fn directions() -> [Point2; DIRECTIONS] {
+    std::array::from_fn(|k| {
+        let (s, c) = sin_cos(k as f64 * std::f64::consts::TAU / DIRECTIONS as f64);
+        Point2::new(c, s)
+    })
 }
 
 /// Between the values of cells, `[row, column]`, at a column and row that are not whole; the least of the four around
@@ -151,9 +166,16 @@ fn descend(
     path
 }
 
-/// The cells next to the goal with their exact distances: a march has its greatest error there.
-fn beside(grid: &OccupancyGrid, goal: Point2) -> impl Iterator<Item = ((usize, usize), f32)> + '_ {
-    let around = grid.locate(goal).map(|(column, row)| grid.around(column, row, 3));
+/// How far around the goal distances are exact, cells of a map.
+const EXACT_CELLS: usize = 3;
+
+/// The cells at most `exact` cells from the goal's with their exact distances: a march has its greatest error there.
+fn beside(
+    grid: &OccupancyGrid,
+    goal: Point2,
+    exact: usize,
+) -> impl Iterator<Item = ((usize, usize), f32)> + '_ {
+    let around = grid.locate(goal).map(move |(column, row)| grid.around(column, row, exact));
     around.into_iter().flatten().map(move |(c, r)| ((c, r), grid.centre(c, r).distance(goal) as f32))
 }
 

@@ -81,6 +81,15 @@ impl OccupancyGrid {
         Self { cells, ..*self }.hashed()
     }
 
+    /// The geometry of this grid with so many cells joined along either axis, and nothing in it. The last column and row
+    /// may reach beyond.
+    pub(crate) fn joined(&self, cells: usize) -> Self {
+        let width = self.width.div_ceil(cells);
+        let height = self.height.div_ceil(cells);
+        let resolution = self.resolution * cells as f64;
+        Self { width, height, resolution, cells: vec![0; width * height], hash: [0; 32], ..*self }
+    }
+
     fn hashed(self) -> Self {
         let Self { width, height, resolution, origin, ref cells, .. } = self;
         let mut digest = Sha256::new();

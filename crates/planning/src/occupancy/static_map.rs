@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::geometry::Point2;
-use crate::occupancy::{DistanceField, OccupancyGrid};
+use crate::occupancy::{DistanceField, Obstacles, OccupancyGrid};
 use crate::workers::{Alone, Workers};
 
 /// Grid and distance fields, computed once per map and shared.
@@ -35,6 +35,17 @@ impl StaticMap {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         self.grid.cells().len() + self.to_obstacle.bytes() + self.to_occupied.bytes()
+    }
+
+    /// The map with these cells as well to keep clear of. Its grid stays: what beams end on, the map says.
+    ///
+    /// Distances to them are exact as far as [`DistanceField::NEAR`], and no less than that beyond.
+    #[must_use]
+    pub fn with_obstacles(&self, obstacles: &Obstacles) -> Self {
+        let count = self.grid.cells().len();
+        let cells = obstacles.cells().iter().map(|cell| *cell as usize);
+        let cells: Vec<usize> = cells.filter(|cell| *cell < count).collect();
+        Self { to_obstacle: Arc::new(self.to_obstacle.with_targets(&cells)), ..self.clone() }
     }
 
     /// Derives the fields of `grid`.

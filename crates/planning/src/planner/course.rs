@@ -10,7 +10,7 @@ use crate::evaluation::cpc::InformationField;
 use crate::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
-use crate::occupancy::{GeodesicField, StaticMap};
+use crate::occupancy::{GeodesicField, Obstacles, StaticMap};
 use crate::planner::Carried;
 use crate::profile::Profile;
 use crate::scene::Scene;
@@ -27,8 +27,10 @@ const WAY_SPACING: f64 = 0.05;
 pub struct Course {
     /// How to plan.
     pub profile: Profile,
-    /// Where walls are.
+    /// Where walls are, and obstacles that are on no map.
     pub map: Arc<StaticMap>,
+    /// Those obstacles.
+    pub obstacles: Obstacles,
     /// Distance to go.
     pub geodesic: Arc<GeodesicField>,
     /// What can be driven.
@@ -37,6 +39,7 @@ pub struct Course {
     pub goal: Point2,
     /// The run's.
     pub seed: u64,
+    task: Task,
     generator: &'static GeneratorKind,
     /// What an observation is worth, if the generator asks for it.
     information: Option<Arc<InformationField>>,
@@ -82,13 +85,42 @@ impl Course {
         let information = looks.then(|| fields.information(task.laser, &profile.information));
         Ok(Self {
             map: fields.map().map_err(CourseError::Field)?,
+            obstacles: fields.obstacles(),
             geodesic: fields.geodesic(task.goal, task.robot.radius()).map_err(CourseError::Field)?,
             information: information.transpose().map_err(CourseError::Field)?,
             profile,
-            robot: task.robot,
+            robot: task.robot.clone(),
             goal: task.goal,
             seed,
+            task,
             generator,
+            evaluators,
+        })
+    }
+
+    /// The same course past the obstacles of `fields`, which are of the same map. Derived are the fields that obstacles
+    /// change, and the terms that read them: those that an arbiter computes itself.
+    ///
+    /// # Errors
+    /// There is no such field.
+    pub fn past<F: DerivedFields>(&self, fields: &F) -> Result<Self, F::Error> {
+        let mut evaluators = self.evaluators.clone();
+        for term in self.profile.terms.keys().filter(|term| terms::is_local(term)) {
+            if let Some(built) = terms::evaluator(term, &self.profile, &self.task, fields) {
+                evaluators.insert(term.clone(), built?);
+            }
+        }
+        Ok(Self {
+            map: fields.map()?,
+            obstacles: fields.obstacles(),
+            geodesic: fields.geodesic(self.goal, self.robot.radius())?,
+            information: self.information.clone(),
+            profile: self.profile.clone(),
+            robot: self.robot.clone(),
+            goal: self.goal,
+            seed: self.seed,
+            task: self.task.clone(),
+            generator: self.generator,
             evaluators,
         })
     }

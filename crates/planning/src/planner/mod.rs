@@ -15,12 +15,12 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::Evaluator;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::{OdometryNoise, RobotModel};
-use crate::occupancy::StaticMap;
+use crate::occupancy::{Obstacles, StaticMap};
 use crate::parameters::{FieldError, Ranged};
 use crate::profile::Profile;
 use crate::scene::{Belief, Moment, People, Scene};
 use crate::sensor::LaserModel;
-use crate::terms::Task;
+use crate::terms::{ObstructedMap, Task};
 
 pub use carried::Carried;
 pub use course::{Course, CourseError};
@@ -147,6 +147,33 @@ impl Planner {
         Ok(())
     }
 
+    /// Sets what stands on the map that it does not have, until it is set again: all that is known now. The way past it
+    /// is derived, which takes some milliseconds on a large map. A new goal begins without obstacles.
+    ///
+    /// # Errors
+    /// No goal has been set.
+    pub fn set_obstacles(&mut self, obstacles: Obstacles) -> Result<(), NoGoal> {
+        let course = self.course.as_ref().ok_or(NoGoal)?;
+        let map = Arc::clone(&self.map);
+        let past = if obstacles.is_empty() {
+            course.past(&map)
+        } else {
+            course.past(&ObstructedMap { map, obstacles })
+        };
+        let Ok(past) = past;
+        self.course = Some(past);
+        Ok(())
+    }
+
+    /// Whether obstacles leave the robot no way from `here` to within `tolerance` metres of the goal. The services end
+    /// a mission after this has been so for a while.
+    ///
+    /// # Errors
+    /// No goal has been set.
+    pub fn is_closed(&self, here: Point2, tolerance: f64) -> Result<bool, NoGoal> {
+        Ok(self.course.as_ref().ok_or(NoGoal)?.geodesic.is_closed(here, tolerance))
+    }
+
     /// Whether there is a way to the goal from `start` on the map. Ask before the first cycle: the services refuse a
     /// mission without one.
     ///
@@ -180,7 +207,9 @@ impl Planner {
     ) -> Result<Verdict, NoGoal> {
         let course = self.course.as_ref().ok_or(NoGoal)?;
         let moment = Moment { tick, stamp };
-        let scene = self.carried.observer.form_scene(&self.profile, &self.task.robot, moment, belief, people);
+        let observer = &mut self.carried.observer;
+        let mut scene = observer.form_scene(&self.profile, &self.task.robot, moment, belief, people);
+        scene.obstacles = course.obstacles.clone();
         let candidates = course.generate_all(&scene, &mut self.carried);
         let scores = course.score(&scene, &candidates);
         let previous = self.carried.previous.as_ref();

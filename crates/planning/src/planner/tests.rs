@@ -56,6 +56,29 @@ fn it_drives_round_the_wall_to_the_goal_and_stops_there() {
 }
 
 #[test]
+fn what_is_on_no_map_is_gone_around_and_a_closed_way_is_known() {
+    let mut planner = planner(Profile::default());
+    let start = Point2::new(2.0, 2.0);
+    assert_eq!(planner.set_obstacles(Obstacles::default()), Err(NoGoal));
+    planner.set_goal(Point2::new(10.0, 2.0)).unwrap();
+    let plain = planner.cycle(at(2.0, 2.0), &People::default(), 0.0).unwrap();
+    // The gap in the wall is from row 80 on; a barrier leaves the last metre of it, then nothing.
+    let barrier = |end: u32| Obstacles::of((78..end).map(|row| row * 120 + 60).collect());
+    planner.set_obstacles(barrier(108)).unwrap();
+    assert_eq!(planner.is_closed(start, 0.5), Ok(false));
+    planner.set_obstacles(barrier(119)).unwrap();
+    assert_eq!(planner.is_closed(start, 0.5), Ok(true));
+    let closed = planner.cycle(at(2.0, 2.0), &People::default(), 0.3).unwrap();
+    assert!(!planner.last().unwrap().scene.obstacles.is_empty());
+    assert_ne!(closed, plain);
+    planner.set_obstacles(Obstacles::default()).unwrap();
+    assert_eq!(planner.is_closed(start, 0.5), Ok(false));
+    planner.set_goal(Point2::new(10.0, 2.0)).unwrap();
+    let again = planner.cycle_of_tick(0, at(2.0, 2.0), &People::default(), 0.0).unwrap();
+    assert_eq!(again, plain);
+}
+
+#[test]
 fn the_same_calls_give_the_same_verdicts_and_the_seed_changes_them() {
     let drive = |seed: u64| {
         let mut planner = planner(Profile::default()).with_seed(seed);

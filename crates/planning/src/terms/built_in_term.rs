@@ -20,8 +20,8 @@ pub trait BuiltIn {
     /// Its name in profiles and keys.
     const NAME: &'static str;
 
-    /// Whether the arbiter always computes it itself: because that costs less than asking a replica, or because no
-    /// service evaluates it.
+    /// Whether the arbiter always computes it itself: because that costs less than asking a replica, because no service
+    /// evaluates it, or because it reads what obstacles change, the map or the way to the goal.
     const LOCAL: bool = false;
 
     /// What it reads of a candidate: a question to a replica carries this and no more.

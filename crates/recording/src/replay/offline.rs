@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use curionav_arbiter::cycle::{self, Observation};
+use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::profile::Profile;
 use curionav_pool::context::PlanContext;
@@ -20,7 +21,7 @@ use curionav_runtime::locked::locked;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
     CycleReport, Decision, EvaluateRequest, F64Array, GenerateReply, MapId, Memory, Message, Mission,
-    OccupancyGrid, Scores, Tree,
+    OccupancyGrid, Scene, Scores, Tree,
 };
 
 /// The instance that answers for terms which this program cannot compute.
@@ -99,6 +100,7 @@ impl Offline {
         if foreign {
             memory.trees = self.own_trees.remove(&id).unwrap_or_default();
         }
+        let context = self.past_obstacles(context, &report.scene)?;
         self.answer_from(report, &context);
         let belief = report.scene.belief.clone();
         let observation = Observation { belief, people: report.scene.people.clone() };
@@ -108,6 +110,16 @@ impl Offline {
             self.own_trees.insert(id, carried.to_wire(&context.mission).trees);
         }
         Ok(Ok(decision))
+    }
+
+    /// The same mission with the obstacles of a scene.
+    fn past_obstacles(&self, context: Arc<PlanContext>, scene: &Scene) -> anyhow::Result<Arc<PlanContext>> {
+        let obstacles = convert::obstacles(&scene.obstacles);
+        let fields = self.fields.get(&context.mission.order.map).filter(|_| !obstacles.is_empty());
+        let Some(fields) = fields else { return Ok(context) };
+        let here = Point2::new(scene.belief.x, scene.belief.y);
+        let obstructed = context.obstructed(&obstacles, here, fields);
+        Ok(Arc::new(obstructed.context("there is no course past its obstacles")?))
     }
 
     /// Lets the recording stand in for terms that are not built in: it knows their costs as long as the candidates are

@@ -3,6 +3,7 @@
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::step;
 use curionav_planning::numerics::{eigenvalues, sin_cos};
+use curionav_planning::occupancy::Obstacles;
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_schemas::{self as wire, F64Array, Frame};
 use nalgebra::Matrix3;
@@ -142,6 +143,7 @@ pub fn scene(s: &wire::Scene) -> Scene {
         stamp: s.stamp,
         belief,
         people,
+        obstacles: obstacles(&s.obstacles),
         uncertain: s.uncertain,
         in_place: s.in_place_s,
         impatient: s.impatient,
@@ -155,10 +157,31 @@ pub fn scene_to_wire(s: &Scene, health: wire::Health) -> wire::Scene {
         stamp: s.stamp,
         belief: belief_to_wire(&s.belief, s.tick, s.stamp, health),
         people: people_to_wire(&s.people, s.tick, s.stamp),
+        obstacles: obstacles_to_wire(&s.obstacles),
         uncertain: s.uncertain,
         in_place_s: s.in_place,
         impatient: s.impatient,
     }
+}
+
+/// Cells of runs that have been checked.
+pub fn obstacles(runs: &wire::U32Array) -> Obstacles {
+    let cells = runs.chunks_exact(2).flat_map(|run| run[0]..run[0].saturating_add(run[1]));
+    Obstacles::of(cells.collect())
+}
+
+fn obstacles_to_wire(obstacles: &Obstacles) -> wire::U32Array {
+    let mut runs: Vec<u32> = Vec::new();
+    for cell in obstacles.cells() {
+        match runs[..] {
+            [.., first, count] if first + count == *cell => {
+                let last = runs.len() - 1;
+                runs[last] += 1;
+            }
+            _ => runs.extend([*cell, 1]),
+        }
+    }
+    runs.into()
 }
 
 #[cfg(test)]

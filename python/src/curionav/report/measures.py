@@ -124,7 +124,7 @@ NOT_FIRST = {
 
 def tally(rows: Iterable[Row]) -> dict[str, int]:
     """Counts of runs, but for `contacts` and those of cycles; keys are those of summary.json."""
-    names = ["runs", "success", "reached", "timeouts", "lost", "collided", "touched", "contacts", "degraded"]
+    names = ["runs", "success", "reached", "timeouts", "lost", "no_way", "collided", "touched", "contacts", "degraded"]
     counts = dict.fromkeys([*names, "cycles", "first_choices", *NOT_FIRST, "untold"], 0)
     for row in rows:
         measures = row["measures"]
@@ -135,6 +135,7 @@ def tally(rows: Iterable[Row]) -> dict[str, int]:
         counts["reached"] += is_reached(row)
         counts["timeouts"] += row["outcome"] == "timeout"
         counts["lost"] += row["outcome"] == "lost"
+        counts["no_way"] += row["outcome"] == "no_way"
         counts["collided"] += measures["collisions"] > 0
         counts["touched"] += measures["clearance_min_m"] <= 0.0
         counts["contacts"] += measures["collisions"]

@@ -144,6 +144,7 @@ pub fn scene() -> Scene {
         stamp: 4.2,
         belief: belief(),
         people: people(),
+        obstacles: vec![17, 3, 40, 1].into(),
         uncertain: true,
         in_place_s: 0.6,
         impatient: false,

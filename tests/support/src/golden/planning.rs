@@ -4,8 +4,8 @@ use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
     Action, CandidateSet, CandidateShard, CommandReason, Crowd, CycleReport, Decision, Degradation,
     EvaluateRequest, Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT,
-    Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime,
-    Timings, Tree, Twist,
+    ObstacleCells, Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport,
+    TermTime, Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -240,6 +240,7 @@ pub fn cycle_report() -> CycleReport {
             total_us: 12_345,
         },
         crowds: vec![Crowd { x: 3.55, y: 0.15, sigma: 1.5, weight: 1.0, members: 2 }],
+        obstacles: None,
         driven: None,
         gap: 0,
     }
@@ -282,6 +283,13 @@ pub fn explained_cycle_report() -> CycleReport {
         scored: vec![1, 2].into(),
         total: vec![0.88, 0.92].into(),
         rejected: vec![RejectedCandidate { candidate: 0, why: Rejection::NotScored { term: "cpc".into() } }],
+        obstacles: Some(ObstacleCells {
+            x: vec![1.525, 1.575].into(),
+            y: vec![-0.925, -0.925].into(),
+            heading: 0.0,
+            side: 0.05,
+            close_ways: false,
+        }),
         driven: Some(Twist { seq: 13, tick: 41, stamp: 4.1, ..twist() }),
         runner_up: Some(2),
         margin: Some(0.04),

@@ -70,6 +70,12 @@ fn decided(report: &CycleReport) -> Vec<String> {
     if let Some(distance) = unseen {
         lines.push(line("unseen", json!({ "person": UNSEEN_PERSON, "distance": distance })));
     }
+    if let Some(obstacles) = &report.obstacles {
+        let places = obstacles.x.iter().zip(obstacles.y.iter()).map(|(x, y)| (f64::from(*x), f64::from(*y)));
+        let away = places.map(|(x, y)| (x - scene.belief.x).hypot(y - scene.belief.y));
+        let code = if obstacles.close_ways { "closed" } else { "obstacles" };
+        lines.push(line(code, json!({ "distance": away.fold(f64::INFINITY, f64::min) })));
+    }
     if scene.in_place_s >= IN_PLACE_S {
         lines.push(line("in_place", json!({ "time": scene.in_place_s })));
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{GeodesicField, March, beside, between, descend, factor, slowness};
+use super::{EXACT_CELLS, GeodesicField, March, beside, between, descend, factor, joined, slowness};
 use crate::geometry::Point2;
 use crate::occupancy::StaticMap;
 
@@ -70,14 +70,18 @@ impl Square {
         let half = (REACH / grid.resolution()).ceil() as usize;
         let columns = column.saturating_sub(half)..(column + half + 1).min(grid.width());
         let rows = row.saturating_sub(half)..(row + half + 1).min(grid.height());
-        let slowness = slowness(map, walls.radius, columns.clone(), rows.clone());
+        let slowness = match &walls.floor {
+            Some(floor) => floor.part(&columns, &rows),
+            None => slowness(map, walls.radius, columns.clone(), rows.clone()),
+        };
         let march = March::new(columns.len(), slowness);
         let mut marching = Marching { walls, columns, rows, march };
         for &(body, radius) in bodies {
             marching.put_in(body, radius);
         }
         marching.lead_out();
-        for ((column, row), metres) in beside(grid, walls.goal) {
+        let exact = if walls.floor.is_some() { joined::EXACT_CELLS } else { EXACT_CELLS };
+        for ((column, row), metres) in beside(grid, walls.goal, exact) {
             if marching.columns.contains(&column) && marching.rows.contains(&row) {
                 marching.start(column, row, metres);
             }
