@@ -58,6 +58,22 @@ def test_every_figure_and_verdict_of_a_stored_bench_comes_out_again(tmp_path: Pa
     assert told((folder / "report.html").read_text()) == (DATA / suite / "report.txt").read_text().splitlines()
 
 
+def test_runs_that_gave_up_have_a_column_if_there_are_any(tmp_path: Path) -> None:
+    folder = tmp_path / "rooms"
+    shutil.copytree(DATA / "rooms", folder)
+    journal = folder / "journal.jsonl"
+    first, rest = journal.read_text().split("\n", 1)
+    given_up = first.replace('"outcome":"reached"', '"outcome":"no_way"')
+    assert given_up != first
+    journal.write_text(f"{given_up}\n{rest}")
+    command = [sys.executable, "-m", "curionav.report", str(folder)]
+    subprocess.run(command, cwd=DATA, capture_output=True, timeout=300, check=False)
+    page = (folder / "report.html").read_text()
+    assert "<th>no way</th>" in page and "No way: obstacles" in page
+    summary = json.loads((folder / "summary.json").read_text())
+    assert sum(cell["runs"]["no_way"] for cell in summary["cells"]) == 1
+
+
 def compared(runs: list[dict[str, Any]], planners: list[str], places: dict[str, int]) -> Comparison:
     return bench(runs, planners, places).comparison
 
