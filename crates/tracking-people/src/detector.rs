@@ -219,9 +219,9 @@ impl Detector {
         Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma, roundness })
     }
 
-    /// How much likelier a piece is the front of a person, or a part of it, than a thing. A narrow one that is seen whole
-    /// may be two legs beside each other, and so be flat. Of a part it does not show how wide the whole is; a narrow part
-    /// may be flat as well.
+    /// How much likelier a piece is the front of a person, or a part of it, than a thing. A narrow one that is seen
+    /// whole may be two legs beside each other, and so be flat. Of a part it does not show how wide the whole is; a
+    /// narrow part may be flat as well.
     fn roundness(&self, sweep: &Sweep<'_>, piece: &Piece, context: Context, laser: &LaserModel) -> f64 {
         let likelihoods =
             Likelihoods::of(&piece.points, self.params.radius, hypot(laser.range_sigma, LEAST_SIGMA));

@@ -48,7 +48,8 @@ curionav_planning::parameters! {
         pub forget_sigma: f64 [0.0, 10.0, "m", "beyond that the place is unknown"] = 1.0,
         /// Longest that a person is remembered who should be seen now and is not, seconds.
         pub forget_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,
-        /// What has not walked for so long since it was seen first is a thing, unless it is as round as a person, seconds.
+        /// What has not walked for so long since it was seen first is a thing, unless it is as round as a person,
+        /// seconds.
         pub standing: f64 [0.1, 60.0, "s", "after a minute it is known what stands"] = 3.0,
         /// A person walks from this speed on, m/s.
         pub walking: f64 [0.05, 2.0, "m/s", "faster people run"] = 0.25,

@@ -143,8 +143,8 @@ const SIDE: usize = 3;
 /// One scan says no more than that: its points err together.
 const MOST_OF_ONE: f64 = 3.0;
 
-/// How likely shapes are, as logarithms and up to a constant, by the criterion of Akaike (1974): no shape gains by having
-/// more free numbers.
+/// How likely shapes are, as logarithms and up to a constant, by the criterion of Akaike (1974): no shape gains by
+/// having more free numbers.
 pub(crate) struct Likelihoods {
     /// The front of a person.
     person: f64,

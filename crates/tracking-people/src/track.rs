@@ -92,8 +92,8 @@ impl Track {
         self.roundness = (self.roundness + roundness).clamp(-MOST_ROUND, MOST_ROUND);
     }
 
-    /// Whether it is a person. What walks is one, and for a while what is new, unless it has the shape of a box: parts of
-    /// a long one seem to walk along it as the robot does. What stands is one if it is as round as one.
+    /// Whether it is a person. What walks is one, and for a while what is new, unless it has the shape of a box: parts
+    /// of a long one seem to walk along it as the robot does. What stands is one if it is as round as one.
     pub(crate) fn is_person(&self, stamp: f64, params: &TrackerParams) -> bool {
         let is_new = stamp - self.begun.0 < params.standing;
         let least = match (self.has_walked, is_new) {

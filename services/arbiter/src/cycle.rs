@@ -152,14 +152,10 @@ fn observe<'a>(
     let Some(people) = people.filter(|it| (belief.stamp - it.stamp).abs() <= PEOPLE_AGE_MAX) else {
         return Err(Failure { reason: Reason::PeopleUnknown, degraded: Some(Degradation::PeopleUnknown) });
     };
-    if memory.observe_ways(are_ways_closed(context, &belief), belief.stamp) >= CLOSED_MAX {
+    let here = Point2::new(belief.x, belief.y);
+    let are_closed = context.course.geodesic.is_closed(here, mission.order.goal_tolerance);
+    if memory.observe_ways(are_closed, belief.stamp) >= CLOSED_MAX {
         return Err(Failure { reason: Reason::NoWayToGoal, degraded: None });
     }
     Ok((context, Observation { belief, people }))
-}
-
-/// Whether obstacles close every way to the goal.
-pub(crate) fn are_ways_closed(context: &PlanContext, belief: &wire::Belief) -> bool {
-    let here = Point2::new(belief.x, belief.y);
-    context.course.geodesic.is_closed(here, context.mission.order.goal_tolerance)
 }

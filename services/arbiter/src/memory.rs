@@ -132,6 +132,11 @@ impl Memory {
         self.ways.observe(are_closed, stamp)
     }
 
+    /// Whether obstacles closed every way in the cycle before.
+    pub(crate) fn are_ways_closed(&self) -> bool {
+        self.ways.closed_since.is_some() && self.ways.open_since.is_none()
+    }
+
     /// Ways count as open again.
     pub(crate) fn forget_ways(&mut self) {
         self.ways = Ways::default();

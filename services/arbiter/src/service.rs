@@ -187,12 +187,12 @@ impl MissionFollower for Arbiter {
         self.planned = Some(belief.tick);
         let obstructed = self.obstructed(Point2::new(belief.x, belief.y));
         let context = obstructed.as_deref();
-        if context.is_some_and(|context| cycle::are_ways_closed(context, &belief)) {
-            self.watch.look_again(belief.stamp);
-        }
         let carried = self.memories.is_heard().then(|| self.memory.to_wire(mission));
         let (decision, outcome) =
             cycle::decide(&self.pool, context, &mut self.memory, mission, belief, people).await;
+        if self.memory.are_ways_closed() {
+            self.watch.look_again(decision.stamp);
+        }
         self.decisions.publish(&decision, clock);
         if let Some(heard) = self.heard.take() {
             let ms = |since: Instant| 1e3 * since.elapsed().as_secs_f64();

@@ -363,20 +363,21 @@ impl Driver {
             tick = odometry.tick,
             "odometry has made a step that the base cannot: the robot is lost"
         );
-        let lost = MissionCommand::Finish { revision: mission.revision, end: MissionEnd::Lost };
-        if let Err(reject) = self.keys.change(|current| current.command(lost)) {
-            tracing::warn!(%reject, "the mission goes on");
-        }
+        self.finish(&mission, MissionEnd::Lost);
     }
 
     /// Ends the mission if the arbiter has found every way to the goal closed. The robot stands by then.
-    fn give_up(&mut self, mission: &Mission) {
+    fn give_up(&self, mission: &Mission) {
         let is_closed = self.fence.borrow().in_force().is_some_and(|it| it.reason == Reason::NoWayToGoal);
         if !is_closed {
             return;
         }
-        let end = MissionCommand::Finish { revision: mission.revision, end: MissionEnd::NoWayToGoal };
-        if let Err(reject) = self.keys.change(|current| current.command(end)) {
+        self.finish(mission, MissionEnd::NoWayToGoal);
+    }
+
+    fn finish(&self, mission: &Mission, end: MissionEnd) {
+        let command = MissionCommand::Finish { revision: mission.revision, end };
+        if let Err(reject) = self.keys.change(|current| current.command(command)) {
             tracing::warn!(%reject, "the mission goes on");
         }
     }

@@ -117,8 +117,8 @@ pub(crate) fn candidates(report: &CycleReport, header: &ros::Header) -> ros::Mar
     ros::MarkerArray { markers }
 }
 
-/// The people, crowds and obstacles of a cycle: a column per person, a flat disc of one standard deviation per crowd, and
-/// cubes.
+/// The people, crowds and obstacles of a cycle: a column per person, a flat disc of one standard deviation per crowd,
+/// and cubes.
 pub(crate) fn crowd(report: &CycleReport, header: &ros::Header) -> ros::MarkerArray {
     let mut markers = fresh(header);
     markers.extend(report.obstacles.as_ref().map(|cells| obstacles(cells, header)));

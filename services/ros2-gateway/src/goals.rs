@@ -63,7 +63,8 @@ impl Goal {
     }
 }
 
-/// Nav2's numbers in `ComputePathToPose`, which its navigator passes on: something stands on the goal, or there is no way.
+/// Nav2's numbers in `ComputePathToPose`, which its navigator passes on: something stands on the goal, or there is no
+/// way.
 const GOAL_OCCUPIED: u16 = 206;
 const NO_VALID_PATH: u16 = 208;
 

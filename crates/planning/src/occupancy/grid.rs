@@ -81,8 +81,8 @@ impl OccupancyGrid {
         Self { cells, ..*self }.hashed()
     }
 
-    /// The geometry of this grid with so many cells joined along either axis, and nothing in it. The last column and row
-    /// may reach beyond.
+    /// The geometry of this grid with so many cells joined along either axis, and nothing in it. The last column and
+    /// row may reach beyond.
     pub(crate) fn joined(&self, cells: usize) -> Self {
         let width = self.width.div_ceil(cells);
         let height = self.height.div_ceil(cells);

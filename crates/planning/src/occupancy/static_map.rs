@@ -42,9 +42,8 @@ impl StaticMap {
     /// Distances to them are exact as far as [`DistanceField::NEAR`], and no less than that beyond.
     #[must_use]
     pub fn with_obstacles(&self, obstacles: &Obstacles) -> Self {
-        let count = self.grid.cells().len();
-        let cells = obstacles.cells().iter().map(|cell| *cell as usize);
-        let cells: Vec<usize> = cells.filter(|cell| *cell < count).collect();
+        let places = obstacles.places(&self.grid);
+        let cells: Vec<usize> = places.map(|(column, row)| self.grid.index(column, row)).collect();
         Self { to_obstacle: Arc::new(self.to_obstacle.with_targets(&cells)), ..self.clone() }
     }
 

@@ -187,7 +187,8 @@ mod tests {
         let closed = past(&floor(|row| row >= 180), (180..200).map(|row| row * 200 + 100).collect(), goal);
         assert!(closed.at(start).is_finite() && closed.at(start) > open.at(start) + 5.0);
         assert!(closed.is_closed(start, 0.2) && !open.is_closed(start, 0.2) && !walled.is_closed(start, 0.2));
-        // What lies beside the robot closes nothing, and neither does what is as near to the goal as the robot has to be.
+        // What lies beside the robot closes nothing, and neither does what is as near to the goal as the robot has to
+        // be.
         assert!(!closed.is_closed(Point2::new(5.3, 9.2), 0.2) && !closed.is_closed(start, 10.0));
     }
 }
