@@ -31,6 +31,7 @@ mod localizer;
 mod params;
 mod particles;
 mod recovery;
+mod refine;
 mod resampling;
 mod scan;
 mod scan_fit;

@@ -16,6 +16,7 @@ use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
+use crate::refine::Surfaces;
 use crate::resampling::{needed, systematic};
 use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
@@ -29,6 +30,7 @@ pub struct Localizer {
     seed: u64,
     field: LikelihoodField,
     free: FreeSpace,
+    surfaces: Option<Surfaces>,
 
     particles: Particles,
     pose: Pose2,
@@ -113,6 +115,7 @@ impl Localizer {
         Ok(Self {
             field: LikelihoodField::new(&map, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
+            surfaces: params.refine.then(|| Surfaces::new(&map)),
             particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
@@ -172,6 +175,7 @@ impl Localizer {
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
+        self.refine(scan);
         Estimate { pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
     }
 
@@ -231,6 +235,14 @@ impl Localizer {
             self.resample(observed, &mut random);
         }
         observed
+    }
+
+    /// Moves an estimate that can be relied on to where the scan fits best.
+    fn refine(&mut self, scan: &Scan<'_>) {
+        let surfaces = self.surfaces.as_ref().filter(|_| self.health.converged);
+        if let Some(pose) = surfaces.and_then(|it| it.refined(self.pose, &self.covariance, scan)) {
+            self.pose = pose;
+        }
     }
 
     fn is_narrow(&self) -> bool {
