@@ -8,7 +8,6 @@ use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
 use crate::guard::{Arrival, Guard, Situation, Verdict};
-use crate::proximity;
 use crate::seen_way::SeenWay;
 use crate::told::OnItsWay;
 
@@ -53,10 +52,9 @@ pub struct Command {
     pub reason: CommandReason,
 }
 
-/// The command of one tick. What is missing or old stops the robot. A simulated base has no guard of its own: the
-/// simpler [`proximity::guard`] looks at the newest scan alone.
-pub fn command(inputs: &Inputs<'_>, guard: &mut Option<Guard>) -> Command {
-    if let (Some(guard), Some((scan, at_scan))) = (guard.as_mut(), inputs.scan) {
+/// The command of one tick. What is missing or old stops the robot.
+pub fn command(inputs: &Inputs<'_>, guard: &mut Guard) -> Command {
+    if let Some((scan, at_scan)) = inputs.scan {
         guard.see(scan, pose_of(at_scan));
     }
     let arrival = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot);
@@ -81,11 +79,7 @@ fn is_current(
 }
 
 /// The command that tracks the decision, or the reason to stop instead.
-fn tracked(
-    inputs: &Inputs<'_>,
-    arrival: Arrival,
-    guard: &mut Option<Guard>,
-) -> Result<Command, CommandReason> {
+fn tracked(inputs: &Inputs<'_>, arrival: Arrival, guard: &mut Guard) -> Result<Command, CommandReason> {
     let Inputs { odometry, robot, stopping, ages, period, .. } = *inputs;
     let now = odometry.stamp;
     let decision = inputs.decision.ok_or(CommandReason::NoDecision)?;
@@ -105,7 +99,7 @@ fn tracked(
     if let Some(blind) = inputs.blind {
         return Err(blind);
     }
-    let (scan, at_scan) = inputs.scan.ok_or(CommandReason::NoScan)?;
+    let (scan, _) = inputs.scan.ok_or(CommandReason::NoScan)?;
     is_current(now - scan.stamp, ages.scan, [CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun])?;
     let reference = convert::trajectory(decision, made_from).map_err(|_| CommandReason::DecisionInvalid)?;
     // The believed pose moved on by what odometry has measured since.
@@ -114,20 +108,9 @@ fn tracked(
     let moving = arrival.twist;
     let wanted = track(&reference, decision_age, pose, moving, robot, period);
     let seen = inputs.seen.slowed(wanted, pose_of(odometry), now, stopping, period);
-    let verdict = match guard {
-        Some(guard) => {
-            guard.judge(seen, &Situation { pose: pose_of(odometry), now, arrival, stopping, period })
-        }
-        None => {
-            let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
-            match proximity::guard(seen, scan, scan_from_robot, stopping, period) {
-                guarded if guarded == seen => Verdict::Safe,
-                guarded => Verdict::Brakes(guarded),
-            }
-        }
-    };
+    let situation = Situation { pose: pose_of(odometry), now, arrival, stopping, period };
     let limited = |twist| stopping.limit(moving, twist, period);
-    Ok(match verdict {
+    Ok(match guard.judge(seen, &situation) {
         Verdict::Safe if seen == wanted => Command { twist: wanted, reason: CommandReason::Tracking },
         Verdict::Safe => Command { twist: limited(seen), reason: CommandReason::WayUnseen },
         Verdict::Slower(twist) => Command { twist: limited(twist), reason: CommandReason::Slowed },
@@ -215,7 +198,7 @@ mod tests {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
         let reason = |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| {
-            command(&inputs(o, b, s, d, &robot), &mut Some(guard())).reason
+            command(&inputs(o, b, s, d, &robot), &mut guard()).reason
         };
         assert_eq!(reason(&odometry, &belief, &scan, &decision), CommandReason::Tracking);
         let mut old = decision.clone();
@@ -234,7 +217,7 @@ mod tests {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
         let reason = |b: &Belief, s: &Scan| {
-            command(&inputs(&odometry, b, s, &decision, &robot), &mut Some(guard())).reason
+            command(&inputs(&odometry, b, s, &decision, &robot), &mut guard()).reason
         };
         // A tick ahead is on another way from the base; 40 s ahead is of the time before it started over.
         let (mut ahead, mut before) = (belief.clone(), belief.clone());
@@ -252,7 +235,7 @@ mod tests {
         let robot = RobotModel::default();
         let (odometry, belief, mut scan, decision) = moving();
         let told = |s: &Scan, d: &Decision| {
-            command(&inputs(&odometry, &belief, s, d, &robot), &mut Some(guard())).reason
+            command(&inputs(&odometry, &belief, s, d, &robot), &mut guard()).reason
         };
         assert!(told(&scan, &decision).follows());
         let stop = Decision { action: Action::Stop, ..decision.clone() };
@@ -267,7 +250,7 @@ mod tests {
         let (odometry, belief, scan, decision) = moving();
         let reason = |newest: Option<&Decision>| {
             let known = inputs(&odometry, &belief, &scan, &decision, &robot);
-            command(&Inputs { decision: newest, made_from: None, ..known }, &mut Some(guard())).reason
+            command(&Inputs { decision: newest, made_from: None, ..known }, &mut guard()).reason
         };
         assert_eq!(reason(None), CommandReason::NoDecision);
         assert_eq!(reason(Some(&decision)), CommandReason::DecisionBeliefUnknown);
@@ -285,7 +268,7 @@ mod tests {
         let (odometry, belief, scan, mut decision) = moving();
         decision.action = Action::Stop;
         // 0.5 m/s less 0.5 m/s2 * 0.1 s
-        let command = command(&inputs(&odometry, &belief, &scan, &decision, &robot), &mut Some(guard()));
+        let command = command(&inputs(&odometry, &belief, &scan, &decision, &robot), &mut guard());
         assert!((command.twist.v - 0.45).abs() < 1e-12);
     }
 
@@ -305,7 +288,7 @@ mod tests {
             let on_its_way = [OnItsWay { twist: told, seconds: 0.1 }];
             let of_now =
                 Inputs { on_its_way: &on_its_way, ..inputs(&odometry, &belief, &scan, &decision, &robot) };
-            let next = command(&of_now, &mut Some(guard())).twist;
+            let next = command(&of_now, &mut guard()).twist;
             // The base carries out what it was told a tick ago.
             let reached = robot.limit(Twist { v: odometry.v, omega: 0.0 }, told, 0.1);
             (odometry.v, told, ticks) = (reached.v, next, ticks + 1);

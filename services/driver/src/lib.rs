@@ -11,7 +11,6 @@ mod lease;
 mod lookout;
 mod mission_keys;
 pub mod mission_state;
-pub mod proximity;
 pub mod seen_way;
 mod service;
 pub mod sight;

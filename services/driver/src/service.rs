@@ -56,8 +56,8 @@ struct Driver {
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     told: Told,
-    /// Judges what a real base is told. Simulated ones have the simpler one of `proximity`.
-    guard: Option<Guard>,
+    /// Judges what the base is told.
+    guard: Guard,
     /// Why the last command was given, and since which stamp every command has been given for this reason.
     reason: Option<(CommandReason, f64)>,
     /// Run and revision that it has reported ready for.
@@ -136,7 +136,7 @@ impl Driver {
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
             told: Told::default(),
-            guard: guard_of(config),
+            guard: Guard::new(config.guard.clone(), config.zones.clone()),
             reason: None,
             begun: (0, 0),
             clock: (!config.has_simulated_time()).then(BaseClock::default),
@@ -341,7 +341,7 @@ impl Driver {
         self.belief_of.clear();
         self.clock.iter_mut().for_each(BaseClock::clear);
         self.told.clear();
-        self.guard.iter_mut().for_each(Guard::forget);
+        self.guard.forget();
         self.reason = None;
         self.lookout.forget();
         self.fence.send_modify(DecisionFence::lapse);
@@ -424,11 +424,6 @@ impl Driver {
     }
 }
 
-/// The guard of a real base, and of one that has zones.
-fn guard_of(config: &ServiceConfig) -> Option<Guard> {
-    let is_guarded = !config.simulated_base || !config.zones.is_empty();
-    is_guarded.then(|| Guard::new(config.guard.clone(), config.zones.clone()))
-}
 
 /// Why the mission lets nothing move, if it does not run.
 fn not_running(state: MissionState) -> Option<CommandReason> {

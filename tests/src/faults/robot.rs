@@ -48,7 +48,7 @@ pub(super) struct Robot {
     command: Option<wire::Twist>,
     inbox: Vec<Decision>,
     fence: DecisionFence,
-    guard: Option<Guard>,
+    guard: Guard,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
@@ -155,8 +155,8 @@ impl Robot {
     }
 }
 
-fn guard() -> Option<Guard> {
-    Some(Guard::new(GuardSettings::default(), Vec::new()))
+fn guard() -> Guard {
+    Guard::new(GuardSettings::default(), Vec::new())
 }
 
 /// Metres between `pose` and the state of the trajectory that is due next.

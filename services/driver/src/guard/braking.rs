@@ -29,13 +29,25 @@ pub(super) struct Approaching {
     pub(super) period: f64,
     /// Braking that it counts on, m/s2.
     pub(super) braking: f64,
-    /// Distance from its centre within which nothing may come, metres.
-    pub(super) reach: f64,
+    /// Radius of its circumscribed disc, metres.
+    pub(super) radius: f64,
     /// Slower than this it may be met by what moves, m/s.
     pub(super) meeting_speed: f64,
 }
 
+/// Room kept between the robot's disc and anything the scan shows, metres, while it is hardly moving.
+const MARGIN_AT_REST: f64 = 0.015;
+/// How much more per speed, seconds: what the base misses a command by, and what the noise of a scan hides.
+const MARGIN_PER_SPEED: f64 = 0.1;
+/// The most of it, metres.
+pub(super) const MARGIN: f64 = 0.05;
+
 impl Approaching {
+    /// Distance from its centre within which nothing may come while it is told to drive at `speed`, metres.
+    fn reach(&self, speed: f64) -> f64 {
+        self.radius + (MARGIN_AT_REST + MARGIN_PER_SPEED * speed.max(self.speed)).min(MARGIN)
+    }
+
     /// The longest way until it stands if it is told to drive at `speed`, metres.
     pub(super) fn way(&self, speed: f64) -> f64 {
         let fastest = speed.max(self.speed);
@@ -48,8 +60,9 @@ impl Approaching {
 pub(super) struct Standing {
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Square of the distance that the robot has to keep.
-    keep: Vec<f64>,
+    /// Square of the distance that the robot may come to at most: what is within reach already may be left, not
+    /// approached.
+    nearest: Vec<f64>,
 }
 
 impl Standing {
@@ -57,8 +70,8 @@ impl Standing {
     pub(super) fn gather(&mut self, x: &[f64], y: &[f64], robot: &Approaching, way: f64) {
         self.x.clear();
         self.y.clear();
-        self.keep.clear();
-        let farthest = (robot.reach + way) * (robot.reach + way);
+        self.nearest.clear();
+        let farthest = (robot.radius + MARGIN + way) * (robot.radius + MARGIN + way);
         for (x, y) in x.iter().zip(y) {
             let dx = x - robot.pose.x;
             let dy = y - robot.pose.y;
@@ -66,20 +79,22 @@ impl Standing {
             if squared < farthest {
                 self.x.push(*x);
                 self.y.push(*y);
-                // What is already within reach may be left, not approached.
-                let keep = robot.reach.min(squared.sqrt() - NEARER).max(0.0);
-                self.keep.push(keep * keep);
+                let nearest = (squared.sqrt() - NEARER).max(0.0);
+                self.nearest.push(nearest * nearest);
             }
         }
     }
 
-    fn is_hit(&self, at: Point2) -> bool {
-        let points = self.x.iter().zip(&self.y).zip(&self.keep);
+    /// Whether a point comes within `reach` metres of a robot at `at`.
+    fn is_hit(&self, at: Point2, reach: f64) -> bool {
+        let reach = reach * reach;
+        let points = self.x.iter().zip(&self.y).zip(&self.nearest);
         // Without an early end the compiler compares several at once.
-        points.fold(false, |hit, ((x, y), keep)| {
+        points.fold(false, |hit, ((x, y), nearest)| {
             let dx = x - at.x;
             let dy = y - at.y;
-            hit | (dx * dx + dy * dy < *keep)
+            let squared = dx * dx + dy * dy;
+            hit | (squared < reach && squared < *nearest)
         })
     }
 }
@@ -87,7 +102,7 @@ impl Standing {
 /// Whether something that moves meets the robot at `at`, `time` seconds after the scan, that would not come as near if
 /// the robot stood.
 fn is_met(movers: &Movers, robot: &Approaching, at: Point2, time: f64) -> bool {
-    let reach = robot.reach * robot.reach;
+    let reach = (robot.radius + MARGIN) * (robot.radius + MARGIN);
     (0..movers.x.len()).any(|i| {
         let there = Point2::new(movers.x[i] + movers.vx[i] * time, movers.y[i] + movers.vy[i] * time);
         let squared = there.distance_squared(at);
@@ -101,6 +116,7 @@ pub(super) fn is_safe(robot: &Approaching, told: Twist, standing: &Standing, mov
     let mut pose = robot.pose;
     let mut speed = told.v.max(robot.speed);
     let mut time = 0.0;
+    let reach = robot.reach(told.v);
     let curvature = told.omega / told.v.max(SLOWEST_CURVE);
     for _ in 0..STEPS_MAX {
         if speed <= 0.0 {
@@ -121,7 +137,7 @@ pub(super) fn is_safe(robot: &Approaching, told: Twist, standing: &Standing, mov
         time += span;
         speed = if next < 1e-9 { 0.0 } else { next };
         let at = pose.position();
-        if standing.is_hit(at) {
+        if standing.is_hit(at, reach) {
             return false;
         }
         if speed > robot.meeting_speed && is_met(movers, robot, at, robot.after + time) {

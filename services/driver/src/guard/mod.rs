@@ -20,8 +20,6 @@ use self::approach::{Approach, Movers};
 use self::braking::{Approaching, Standing, is_safe};
 use self::sweep::{Bearings, Sweep};
 
-/// Room kept between the robot's circumscribed disc and anything the scan shows, metres.
-const MARGIN: f64 = 0.05;
 /// Earlier scans are kept at least so far apart, seconds.
 const SPACING: f64 = 0.09;
 /// How many are kept: half a second of them.
@@ -151,7 +149,7 @@ impl Guard {
             return Verdict::Safe;
         }
         let robot = self.approaching(situation);
-        self.standing.gather(&self.now.x, &self.now.y, &robot, robot.way(told.v));
+        self.standing.gather(&self.now.smooth_x, &self.now.smooth_y, &robot, robot.way(told.v));
         let cap = zone.unwrap_or(f64::INFINITY).min(self.speed_near_movers(&robot));
         let wanted = told.v.min(cap);
         let brakes = situation.stopping.a_max * situation.period;
@@ -177,7 +175,7 @@ impl Guard {
             after: now - self.now.stamp + arrival.after,
             period,
             braking: self.settings.braking_share * stopping.a_max,
-            reach: stopping.radius() + MARGIN,
+            radius: stopping.radius(),
             meeting_speed: self.settings.meeting_speed,
         }
     }
@@ -219,7 +217,7 @@ impl Guard {
             if ahead < least_cos * distance {
                 continue;
             }
-            let room = (distance - (robot.reach - MARGIN) - near_gap).max(0.0);
+            let room = (distance - robot.radius - near_gap).max(0.0);
             let away = (heading.cos * velocity.x + heading.sin * velocity.y).max(0.0);
             least = least.min((near_speed * near_speed + 2.0 * robot.braking * room).sqrt() + away);
         }

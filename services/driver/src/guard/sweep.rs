@@ -8,17 +8,27 @@ use curionav_planning::numerics::sin_cos;
 use curionav_runtime::convert;
 use curionav_schemas::Scan;
 
-/// Directions of the beams in the laser's frame. They are computed anew only when a scan has others.
+/// On either side of a point, beams that end within this distance of it along a surface are averaged, metres.
+const SMOOTHED_ALONG: f64 = 0.05;
+/// Averaged are beams whose ranges differ by less than this, metres: three deviations of the noise of a usual laser.
+const SMOOTHED_ACROSS: f64 = 0.1;
+
+/// Directions of the beams in the laser's frame, which are computed anew only when a scan has others, and the ranges of
+/// the newest scan.
 #[derive(Debug, Default)]
 pub(super) struct Bearings {
     angle_min: f64,
     increment: f64,
     cos: Vec<f64>,
     sin: Vec<f64>,
+    /// How far away each beam has met something, metres; not a number where it has not.
+    hits: Vec<f64>,
 }
 
 impl Bearings {
-    fn of(&mut self, scan: &Scan) -> &Self {
+    /// Makes room for the ranges of a scan, and takes over its directions.
+    fn take(&mut self, scan: &Scan) {
+        self.hits.clear();
         let beams = scan.ranges.len();
         let same = self.angle_min == scan.angle_min && self.increment == scan.angle_increment;
         if !(same && self.cos.len() == beams) {
@@ -32,7 +42,28 @@ impl Bearings {
                 self.sin.push(sin);
             }
         }
-        self
+    }
+
+    /// Range of a beam as the mean of those around it that have met the same surface, metres. Beams are taken in pairs,
+    /// one on each side, so that a surface which is seen at a slant stays where it is. Near by, where a few centimetres
+    /// decide, many beams meet a hand's breadth, and their noise goes down with the root of their number.
+    fn smoothed(&self, beam: usize) -> f64 {
+        let hit = self.hits[beam];
+        let most = (SMOOTHED_ALONG / (hit * self.increment.abs()).max(1e-3)) as usize;
+        let mut sum = hit;
+        let mut count = 1.0;
+        for apart in 1..=most {
+            let Some(before) = beam.checked_sub(apart).map(|other| self.hits[other]) else { break };
+            let Some(behind) = self.hits.get(beam + apart) else { break };
+            // A beam that has met nothing is not near either.
+            let is_near = |other: f64| (other - hit).abs() < SMOOTHED_ACROSS;
+            if !(is_near(before) && is_near(*behind)) {
+                break;
+            }
+            sum += before + behind;
+            count += 2.0;
+        }
+        sum / count
     }
 }
 
@@ -52,6 +83,10 @@ pub(super) struct Sweep {
     pub(super) x: Vec<f64>,
     /// The other coordinate.
     pub(super) y: Vec<f64>,
+    /// The same by the mean of the beams around it ([`Bearings::smoothed`]): where something stands.
+    pub(super) smooth_x: Vec<f64>,
+    /// The other coordinate.
+    pub(super) smooth_y: Vec<f64>,
 }
 
 impl Default for Sweep {
@@ -64,6 +99,8 @@ impl Default for Sweep {
             free: Vec::new(),
             x: Vec::new(),
             y: Vec::new(),
+            smooth_x: Vec::new(),
+            smooth_y: Vec::new(),
         }
     }
 }
@@ -71,27 +108,34 @@ impl Default for Sweep {
 impl Sweep {
     /// Takes in a scan of a robot that was at `robot` of the odometry's frame.
     pub(super) fn take(&mut self, scan: &Scan, robot: Pose2, bearings: &mut Bearings) {
-        let bearings = bearings.of(scan);
+        bearings.take(scan);
         let on_robot = convert::pose(scan.laser);
         self.stamp = scan.stamp;
         self.laser = robot.compose(on_robot).into();
         self.angle_min = wrap_angle(scan.angle_min);
         self.increment = scan.angle_increment;
         self.free.clear();
-        self.x.clear();
-        self.y.clear();
+        for of in [&mut self.x, &mut self.y, &mut self.smooth_x, &mut self.smooth_y] {
+            of.clear();
+        }
         let Facing { pose, direction } = self.laser;
-        for (i, beam) in convert::beams(scan).enumerate() {
+        for beam in convert::beams(scan) {
             let (free, hit) = match beam {
                 Beam::Obstacle(metres) => (metres, metres),
                 Beam::Free(metres) => (metres, f64::NAN),
                 Beam::Silent => (f64::NAN, f64::NAN),
             };
             self.free.push(free);
-            let ahead = hit * bearings.cos[i];
-            let left = hit * bearings.sin[i];
-            self.x.push(pose.x + direction.cos * ahead - direction.sin * left);
-            self.y.push(pose.y + direction.sin * ahead + direction.cos * left);
+            bearings.hits.push(hit);
+        }
+        for (i, hit) in bearings.hits.iter().enumerate() {
+            let smooth = bearings.smoothed(i);
+            let x = direction.cos * bearings.cos[i] - direction.sin * bearings.sin[i];
+            let y = direction.sin * bearings.cos[i] + direction.cos * bearings.sin[i];
+            self.x.push(pose.x + hit * x);
+            self.y.push(pose.y + hit * y);
+            self.smooth_x.push(pose.x + smooth * x);
+            self.smooth_y.push(pose.y + smooth * y);
         }
     }
 
