@@ -175,7 +175,7 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
     let survey = package.survey()?;
     said += &format!("\n  map: {survey}");
     said.extend(survey.odd.iter().map(|odd| format!("\n  map is odd: {odd}")));
-    if let Some(narrow) = scenario.too_narrow(prepared.world.map(), prepared.profile.collision.wall_margin) {
+    if let Some(narrow) = scenario.too_narrow(prepared.world.map()) {
         said += &format!("\n  {narrow}");
     }
     for (setup, extent) in scenario.recorded.iter().zip(prepared.world.recorded()) {

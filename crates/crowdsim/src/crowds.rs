@@ -76,7 +76,7 @@ impl<'a> Floor<'a> {
     fn new(scenario: &'a Scenario, map: &'a StaticMap) -> Self {
         let robot = &scenario.robot;
         let keep = scenario.people.radius + WALL_GAP_M;
-        let reached = reachable(map, robot.start.position(), robot.model.radius(), |_| false);
+        let reached = reachable(map, robot.start.position(), |cell| has_room(map, cell, robot.model.radius()));
         Self {
             scenario,
             map,
@@ -127,11 +127,16 @@ impl<'a> Floor<'a> {
         let radius = robot.model.radius();
         let keep = radius + self.scenario.people.radius + BODY_GAP_M;
         standing.is_empty()
-            || connected(self.map, robot.start.position(), robot.goal, radius, |index| {
-                let centre = self.centre(index);
-                standing.iter().any(|p| p.distance(centre) < keep)
+            || connected(self.map, robot.start.position(), robot.goal, |cell| {
+                let centre = self.centre(cell);
+                has_room(self.map, cell, radius) && standing.iter().all(|p| p.distance(centre) >= keep)
             })
     }
+}
+
+/// Whether a body of this radius fits wherever in a cell it is, by the distances between the centres of cells.
+fn has_room(map: &StaticMap, cell: usize, radius: f64) -> bool {
+    map.to_obstacle.cell(cell) >= radius + std::f64::consts::SQRT_2 * map.grid.resolution()
 }
 
 /// The cells, unless there are none.

@@ -52,7 +52,7 @@ impl Surroundings {
     pub(crate) fn is_clear(&self, p: Point2, radius: f64) -> bool {
         let map = &self.walls;
         let is_clear_of_walls =
-            map.to_obstacle.clearance(&map.grid, p) >= radius || wall_distance(map, p) >= radius;
+            map.to_obstacle.least_clearance(&map.grid, p) >= radius || wall_distance(map, p) >= radius;
         is_clear_of_walls && self.things.distance(p) >= radius
     }
 }

@@ -1,7 +1,7 @@
 //! Exact distances to walls: the truth that collisions are judged by.
 
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::{Cell, StaticMap};
+use curionav_planning::occupancy::StaticMap;
 
 /// Distances beyond this one are read from the map's distance field, within a cell's diagonal; nearer
 /// ones are exact, metres.
@@ -16,26 +16,9 @@ pub(crate) fn wall_distance(map: &StaticMap, p: Point2) -> f64 {
     if centres > EXACT_WITHIN {
         return centres;
     }
-    // The nearest wall's centre is `centres` from this cell's centre; another cell's area can be nearer
-    // to the point only if its centre is at most one diagonal farther.
-    let reach = (centres / grid.resolution() + std::f64::consts::SQRT_2).ceil() as usize;
     let (x, y) = grid.grid_from_map(p);
-    let mut least = border_distance(x, y, grid.width(), grid.height()).powi(2);
-    for r in row.saturating_sub(reach)..=(row + reach).min(grid.height() - 1) {
-        for c in column.saturating_sub(reach)..=(column + reach).min(grid.width() - 1) {
-            if grid.cell(grid.index(c, r)) != Cell::Free {
-                let dx = beside(x, c as f64);
-                let dy = beside(y, r as f64);
-                least = least.min(dx * dx + dy * dy);
-            }
-        }
-    }
-    least.sqrt() * grid.resolution()
-}
-
-/// How far outside [from, from + 1] a coordinate lies.
-fn beside(x: f64, from: f64) -> f64 {
-    (from - x).max(x - from - 1.0).max(0.0)
+    let border = border_distance(x, y, grid.width(), grid.height()) * grid.resolution();
+    map.to_obstacle.exact_clearance(grid, p).min(border)
 }
 
 /// Distance from a point on the map to its border, in the unit of all four, which are cells.
@@ -50,6 +33,11 @@ mod tests {
     use curionav_planning::random::{rng, uniform};
 
     use super::*;
+
+    /// How far outside [from, from + 1] a coordinate lies.
+    fn beside(x: f64, from: f64) -> f64 {
+        (from - x).max(x - from - 1.0).max(0.0)
+    }
 
     #[test]
     fn equals_the_distance_to_every_wall_cell() {

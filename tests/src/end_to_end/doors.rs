@@ -249,16 +249,16 @@ fn door(cells: usize) -> Vec<u8> {
 fn a_door_is_passed_or_said_to_be_too_narrow() {
     let room = Room::new();
     room.put("room.yaml", YAML.replace("resolution: 0.1", "resolution: 0.05"));
-    // The robot has 0.6 m, its margins 0.1 m, and two diagonals of a cell 0.14 m: 0.84 m.
-    for (cells, is_narrow) in [(15, true), (16, true), (17, false), (20, false)] {
+    // The robot has 0.6 m, and 0.03 m are kept on both sides.
+    for (cells, is_narrow) in [(13, true), (14, false), (16, false), (20, false)] {
         room.put("room.pgm", door(cells));
         let (fine, said) = room.check();
         assert!(
-            fine && said.contains("the way is too narrow for this robot and planner") == is_narrow,
+            fine && said.contains("the way is too narrow for this robot") == is_narrow,
             "{said}"
         );
         if is_narrow {
-            assert!(said.contains(", and they need 0.84 m"), "{said}");
+            assert!(said.contains(", and planners need 0.66 m"), "{said}");
         } else {
             assert_eq!(run(&room.path("room.toml"), &[]).1, 0, "{said}");
         }

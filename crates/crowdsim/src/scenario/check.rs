@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use curionav_planning::collision::CollisionChecker;
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::parameters::FieldError;
 
 use super::{Scenario, WalkMode, Walker};
-use crate::walls::wall_distance;
 
 impl Scenario {
     /// Whether the scenario fits its map, and the `floor` as it is at the start: start and goal are clear of walls and
@@ -18,10 +18,7 @@ impl Scenario {
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
         let start = self.robot.start.position();
-        // By the distances of cells a narrow way may seem closed.
-        if !connected(map, start, self.robot.goal, radius, |_| false)
-            && !passes_exactly(map, start, self.robot.goal, radius)
-        {
+        if !connected(map, start, self.robot.goal, |cell| has_room(map, cell, radius)) {
             let problem = format!("cannot be reached from the start by a robot of radius {radius} m");
             let mend = "move the goal or the start, or widen the passage between them";
             return Err(FieldError::new("robot.goal", problem, mend));
@@ -51,10 +48,9 @@ const BISECTIONS: u32 = 10;
 pub struct NarrowPlace {
     /// Map frame.
     pub at: Point2,
-    /// Room between walls there, metres, to a cell or so.
+    /// Room between walls there, metres.
     pub width: f64,
-    /// Room that the planner asks for on this map, metres: the robot, its margin on both sides, and a cell's diagonal
-    /// on both sides, because a wall is known no better.
+    /// Room that every planner asks for, metres: the robot, and [`CollisionChecker::GUARD`] on both sides.
     pub needed: f64,
 }
 
@@ -63,40 +59,27 @@ impl fmt::Display for NarrowPlace {
         let Self { at: Point2 { x, y }, width, needed } = self;
         write!(
             f,
-            "the way is too narrow for this robot and planner: about {width:.2} m at ({x:.2}, {y:.2}), and they need \
-             {needed:.2} m on a map of this resolution; widen the way, make the robot or its `collision.wall_margin` \
-             smaller, or give a finer map"
+            "the way is too narrow for this robot: about {width:.2} m at ({x:.2}, {y:.2}), and planners need \
+             {needed:.2} m; widen the way, or make the robot smaller"
         )
     }
 }
 
 impl Scenario {
-    /// Where the way to the goal is too narrow for a planner that keeps `wall_margin` metres from walls, although the
-    /// robot fits through; nothing if there is a way.
-    pub fn too_narrow(&self, map: &StaticMap, wall_margin: f64) -> Option<NarrowPlace> {
+    /// Where the way to the goal is too narrow for planners, although the robot fits through; nothing if there is a
+    /// way.
+    pub fn too_narrow(&self, map: &StaticMap) -> Option<NarrowPlace> {
         let start = self.robot.start.position();
         let radius = self.robot.model.radius();
-        let passes = |radius: f64| connected(map, start, self.robot.goal, radius, |_| false);
-        if passes(radius + wall_margin) {
+        let half = radius + CollisionChecker::GUARD;
+        let passes = |radius: f64| connected(map, start, self.robot.goal, |cell| has_room(map, cell, radius));
+        if passes(half) {
             return None;
         }
-        let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
-        let half_width = if passes(radius) {
-            widest(radius, radius + wall_margin, passes) + diagonal
-        } else {
-            widest(radius, radius + diagonal, |radius| passes_exactly(map, start, self.robot.goal, radius))
-        };
-        let within = reachable(map, start, radius + wall_margin, |_| false);
-        let index = |p: Point2| map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
-        let room = |p: &Point2| map.to_obstacle.clearance(&map.grid, *p);
-        let half = radius + wall_margin + diagonal;
-        let field = GeodesicField::new(map, self.robot.goal, radius);
-        let way = field.descend(start, 0.5 * map.grid.resolution());
-        let beyond = way.into_iter().skip_while(|p| index(*p).is_some_and(|cell| within[cell]));
-        // Points and the cells that they lie in differ by no more than a diagonal.
-        let narrow = beyond.take_while(|p| room(p) < half + diagonal);
-        let at = narrow.min_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(self.robot.goal);
-        Some(NarrowPlace { at, width: 2.0 * half_width, needed: 2.0 * half })
+        let way = GeodesicField::new(map, self.robot.goal, radius).descend(start, 0.5 * map.grid.resolution());
+        let room = |p: &Point2| map.to_obstacle.exact_clearance(&map.grid, *p);
+        let at = way.into_iter().min_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(self.robot.goal);
+        Some(NarrowPlace { at, width: 2.0 * widest(radius, half, passes), needed: 2.0 * half })
     }
 }
 
@@ -114,7 +97,7 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
         let problem = format!("({}, {}) lies outside the map", p.x, p.y);
         return Err(FieldError::new(field, problem, "give a point inside the map"));
     }
-    let clearance = map.to_obstacle.clearance(&map.grid, p);
+    let clearance = map.to_obstacle.exact_clearance(&map.grid, p);
     if clearance < radius {
         let problem = format!("({}, {}) is {clearance:.2} m from a wall, a thing or unknown space", p.x, p.y);
         return Err(FieldError::new(field, problem, format!("keep the robot's radius, {radius} m, clear")));
@@ -122,50 +105,40 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     Ok(())
 }
 
-/// For each cell, whether a body of this radius can get there from `from`. It must keep its radius clear of walls and
-/// unknown space, and its centre out of the cells that are `taken`. This is a flood fill over the four neighbours of a
-/// cell.
-pub(crate) fn reachable(
-    map: &StaticMap,
-    from: Point2,
-    radius: f64,
-    taken: impl Fn(usize) -> bool,
-) -> Vec<bool> {
+/// For each cell, whether a way over cells that are `open` leads there from `from`: a flood fill over the four
+/// neighbours of a cell.
+pub(crate) fn reachable(map: &StaticMap, from: Point2, open: impl Fn(usize) -> bool) -> Vec<bool> {
     let grid = &map.grid;
-    // The map has the distance between the centres of cells, which may be longer than the clearance by a diagonal.
-    let least_distance = radius + std::f64::consts::SQRT_2 * grid.resolution();
     let mut seen = vec![false; grid.cells().len()];
-    let mut open: Vec<usize> =
+    let mut ahead: Vec<usize> =
         grid.locate(from).map(|(column, row)| grid.index(column, row)).into_iter().collect();
-    open.iter().for_each(|&index| seen[index] = true);
-    while let Some(index) = open.pop() {
+    ahead.iter().for_each(|&index| seen[index] = true);
+    while let Some(index) = ahead.pop() {
         for next in grid.neighbours(index) {
-            if !seen[next] && map.to_obstacle.cell(next) >= least_distance && !taken(next) {
+            if !seen[next] && open(next) {
                 seen[next] = true;
-                open.push(next);
+                ahead.push(next);
             }
         }
     }
     seen
 }
 
-/// Whether a body of this radius can get from `from` to `to`: see [`reachable`].
-pub(crate) fn connected(
-    map: &StaticMap,
-    from: Point2,
-    to: Point2,
-    radius: f64,
-    taken: impl Fn(usize) -> bool,
-) -> bool {
-    let target = map.grid.locate(to).map(|(column, row)| map.grid.index(column, row));
-    target.is_some_and(|target| reachable(map, from, radius, taken)[target])
+/// Whether a body of this radius fits somewhere in a cell: at its centre, or in the middle of one of its sides, where
+/// the middle of a gap of an even number of cells is.
+fn has_room(map: &StaticMap, cell: usize, radius: f64) -> bool {
+    let grid = &map.grid;
+    let centre = grid.centre(cell % grid.width(), cell / grid.width());
+    let half = 0.5 * grid.resolution();
+    let places = [(0.0, 0.0), (half, 0.0), (-half, 0.0), (0.0, half), (0.0, -half)];
+    let fits = |p: Point2| map.to_obstacle.clearance(grid, p, radius) >= radius;
+    places.iter().any(|(dx, dy)| fits(Point2::new(centre.x + dx, centre.y + dy)))
 }
 
-/// As [`connected`], by exact distances to walls.
-fn passes_exactly(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
-    let grid = &map.grid;
-    let centre = |index: usize| grid.centre(index % grid.width(), index / grid.width());
-    connected(map, from, to, 0.0, |index| wall_distance(map, centre(index)) < radius)
+/// Whether a way over cells that are `open` leads from `from` to `to`.
+pub(crate) fn connected(map: &StaticMap, from: Point2, to: Point2, open: impl Fn(usize) -> bool) -> bool {
+    let target = map.grid.locate(to).map(|(column, row)| map.grid.index(column, row));
+    target.is_some_and(|target| reachable(map, from, open)[target])
 }
 
 fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), FieldError> {
@@ -222,16 +195,11 @@ mod tests {
     #[test]
     fn a_way_that_is_too_narrow_for_the_planner_is_told() {
         let scenario = scenario("[8, 5]", "[[1, 1], [4, 1]]");
-        // In a gap of nine cells the middle is 0.5 m from walls, and the robot's 0.3 m and a diagonal are 0.441 m.
-        assert_eq!(scenario.too_narrow(&two_rooms(9), 0.05), None);
-        let narrow = scenario.too_narrow(&two_rooms(9), 0.1).unwrap();
-        assert!((narrow.needed - 1.083).abs() < 1e-3 && (narrow.width - 1.0).abs() < 1e-3, "{narrow:?}");
-        assert!((narrow.at.x - 5.05).abs() < 0.5 && (narrow.at.y - 4.45).abs() < 0.3, "{narrow:?}");
-        // By cells the robot does not fit through seven of them, and in truth it has 0.05 m on both sides.
-        let tight = scenario.too_narrow(&two_rooms(7), 0.1).unwrap();
-        assert!((tight.width - 0.7).abs() < 1e-2, "{tight:?}");
-        assert_eq!(scenario.too_narrow(&two_rooms(20), 0.5), None);
-        assert!(scenario.too_narrow(&two_rooms(20), 0.7).is_some());
+        assert_eq!(scenario.too_narrow(&two_rooms(7)), None);
+        // In a gap of six cells, which are 0.6 m, there is no room beside the robot.
+        let tight = scenario.too_narrow(&two_rooms(6)).unwrap();
+        assert!((tight.width - 0.6).abs() < 1e-2 && (tight.needed - 0.66).abs() < 1e-9, "{tight:?}");
+        assert!((tight.at.x - 5.05).abs() < 0.2 && (tight.at.y - 4.3).abs() < 0.1, "{tight:?}");
     }
 
     #[test]

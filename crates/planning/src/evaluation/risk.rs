@@ -70,7 +70,7 @@ impl RiskEvaluator {
             for (lane, so_far) in risks[..used].iter_mut().enumerate() {
                 let moment = first + lane;
                 let p = Point2::new(x[first + lane], y[first + lane]);
-                let clearance = self.map.to_obstacle.clearance(&self.map.grid, p);
+                let clearance = self.map.to_obstacle.clearance(&self.map.grid, p, self.radius);
                 let here = if clearance < self.radius { 1.0 } else { risk.at_with(simd, moment, p) };
                 worst = worst.max(here);
                 *so_far = worst;
@@ -155,7 +155,7 @@ mod tests {
             let expected = |i: usize| {
                 let (mut worst, mut best): (f64, f64) = (0.0, f64::INFINITY);
                 for (moment, pose) in set.range(i).map(|k| set.all_states().pose(k)).enumerate() {
-                    let wall = evaluator.map.to_obstacle.clearance(&evaluator.map.grid, pose.position());
+                    let wall = evaluator.map.to_obstacle.clearance(&evaluator.map.grid, pose.position(), 0.3);
                     worst = worst.max(if wall < 0.3 { 1.0 } else { risk.at(moment, pose.position()) });
                     best = best.min(evaluator.params.node_cost(pose, worst, 5.0, evaluator.goal));
                 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::geometry::Point2;
+use crate::numerics::hypot;
 use crate::occupancy::{Cell, OccupancyGrid};
 
 /// Distance from each cell's centre to the centre of the nearest cell of some kind, metres.
@@ -76,7 +77,7 @@ impl DistanceField {
     }
 
     /// Distance from the centre of the cell that holds the point, metres; 0 outside the grid. The point itself may be
-    /// nearer: [`Self::clearance`] is never too great.
+    /// nearer: [`Self::clearance`] says how near.
     pub fn at(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
         grid.locate(p).map_or(0.0, |(c, r)| self.cell(r * self.width + c))
     }
@@ -103,10 +104,54 @@ impl DistanceField {
         low + (v - row) * (high - low)
     }
 
-    /// A lower bound of the distance from the point to the nearest target cell's area, metres: what
-    /// collision checks compare with a radius. Half a cell's diagonal on either side is given away.
-    pub fn clearance(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+    /// A lower bound of the distance from the point to the nearest target cell's area, metres, without a look at any
+    /// other cell: half a cell's diagonal on either side is given away.
+    pub fn least_clearance(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
         (self.at(grid, p) - std::f64::consts::SQRT_2 * self.resolution).max(0.0)
+    }
+
+    /// A bound of the distance from the point to the nearest target cell's area, metres: the distance is `enough` or
+    /// more exactly where this is. What collision checks compare with a radius.
+    pub fn clearance(&self, grid: &OccupancyGrid, p: Point2, enough: f64) -> f64 {
+        let centre = self.at(grid, p);
+        let least = (centre - std::f64::consts::SQRT_2 * self.resolution).max(0.0);
+        // From this cell's centre the point is half a diagonal away, and the nearest target reaches half a cell.
+        let most = centre + (std::f64::consts::FRAC_1_SQRT_2 - 0.5 + ROUNDING) * self.resolution;
+        if least >= enough {
+            least
+        } else if most < enough {
+            most
+        } else {
+            self.exact_clearance(grid, p)
+        }
+    }
+
+    /// Distance from the point to the nearest target cell's area, metres; 0 outside the grid.
+    pub fn exact_clearance(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+        let Some((column, row)) = grid.locate(p) else { return 0.0 };
+        let (x, y) = grid.grid_from_map(p);
+        // In cells. The nearest target's centre lies in a ring, whose width is what the field leaves open.
+        let to_centre = self.cell(row * self.width + column) / self.resolution;
+        let off = hypot(x - column as f64 - 0.5, y - row as f64 - 0.5);
+        let ring = to_centre - off - ROUNDING..to_centre + off + std::f64::consts::FRAC_1_SQRT_2 - 0.5 + ROUNDING;
+        let mut least = f64::INFINITY;
+        for row in within(y, ring.end, self.height) {
+            let dy = beside(y, row as f64);
+            let to_row = row as f64 + 0.5 - y;
+            let widest = across(ring.end, to_row);
+            let inside = across(ring.start.max(0.0), to_row);
+            let columns = within(x, widest, self.width);
+            let before = columns.start..within(x, inside, self.width).start.min(columns.end);
+            let behind = within(x, inside, self.width).end.max(before.end)..columns.end;
+            for column in before.chain(behind) {
+                if self.metres[row * self.width + column] == 0.0 {
+                    let dx = beside(x, column as f64);
+                    least = least.min(dx * dx + dy * dy);
+                }
+            }
+        }
+        // Without any target the field holds the grid's diagonal.
+        if least.is_finite() { least.sqrt() * self.resolution } else { self.least_clearance(grid, p) }
     }
 
     /// All distances, row-major from the bottom row, metres.
@@ -118,6 +163,26 @@ impl DistanceField {
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
+}
+
+/// Cells by which the field's single precision may be off.
+const ROUNDING: f64 = 1e-3;
+
+/// How far outside [from, from + 1] a coordinate lies.
+fn beside(x: f64, from: f64) -> f64 {
+    (from - x).max(x - from - 1.0).max(0.0)
+}
+
+/// Half the chord of a circle at this distance from its middle; 0 where there is none.
+fn across(radius: f64, distance: f64) -> f64 {
+    (radius * radius - distance * distance).max(0.0).sqrt()
+}
+
+/// The cells below `count` whose middles are at most `reach` away.
+fn within(x: f64, reach: f64, count: usize) -> Range<usize> {
+    let first = (x - 0.5 - reach).ceil().max(0.0) as usize;
+    let end = ((x - 0.5 + reach).floor() + 1.0).max(0.0) as usize;
+    first..end.min(count).max(first)
 }
 
 /// A part of a grid.

@@ -76,7 +76,7 @@ fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
     assert!(heuristic.is_found && path[0] == world.goal);
     assert!((1..path.len()).all(|n| heuristic.tree.parent(n) == Some(n - 1)));
     for &p in &path[1..] {
-        assert!(world.map.to_obstacle.clearance(&world.map.grid, p) >= world.robot.radius());
+        assert!(world.map.to_obstacle.exact_clearance(&world.map.grid, p) >= world.robot.radius());
     }
     let end = path[path.len() - 1];
     let nearest = forward.nodes.iter().map(|n| n.pose.position().distance(end)).fold(f64::INFINITY, f64::min);
