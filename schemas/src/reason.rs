@@ -67,6 +67,8 @@ checks! { PreviousState {
 pub enum Reason {
     /// The believed position is at the goal.
     Arrived,
+    /// It is, and the robot turns on the spot to the heading that is asked for there.
+    TurnsToHeading,
     /// The candidate of least cost is free.
     LeastCost,
     /// Candidates that cost less collide; the one of least cost among the free ones is followed.

@@ -122,6 +122,7 @@ mod tests {
             let request = EvaluateRequest::decode(&request.encode(), None).unwrap();
             let task = Task {
                 goal: Point2::new(8.0, 6.5),
+                goal_heading: None,
                 robot: convert::robot_model(&golden::evaluate_request().robot_model),
                 laser: convert::laser(&golden::evaluate_request().laser),
                 noise: convert::noise(&golden::evaluate_request().odometry_noise),

@@ -37,6 +37,7 @@ pub fn evaluator(
             let Self(request, fields) = self;
             let task = Task {
                 goal: Point2::new(request.goal_x, request.goal_y),
+                goal_heading: None,
                 robot: convert::checked("robot_model", convert::robot_model(&request.robot_model))?,
                 laser: convert::checked("laser", convert::laser(&request.laser))?,
                 noise: convert::checked("odometry_noise", convert::noise(&request.odometry_noise))?,

@@ -211,6 +211,7 @@ fn term_report(
 fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
     match reason {
         arbitration::Reason::Arrived => Reason::Arrived,
+        arbitration::Reason::TurnsToHeading => Reason::TurnsToHeading,
         arbitration::Reason::LeastCost => Reason::LeastCost,
         arbitration::Reason::LeastCostFree => Reason::LeastCostFree,
         arbitration::Reason::LastToCollide => Reason::LastToCollide,

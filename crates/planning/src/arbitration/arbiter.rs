@@ -1,7 +1,7 @@
 //! Taking the best candidate that can be driven, or saying why none can.
 
 use crate::arbitration::{
-    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, total_costs,
+    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, last_turn, total_costs,
 };
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker, CollisionParams};
@@ -31,6 +31,8 @@ pub struct Context<'a> {
     pub robot: &'a RobotModel,
     /// Where to go, map frame.
     pub goal: Point2,
+    /// Heading to end with, map frame, radians; none if any will do.
+    pub goal_heading: Option<f64>,
     /// What could be driven.
     pub candidates: &'a CandidateSet,
     /// The last decision that moved the robot.
@@ -60,8 +62,8 @@ pub struct Verdict {
 
 /// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
-/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on for a while
-/// if it is not sure to be there and its way ends nearer. Same inputs, same verdict.
+/// trajectory while it is valid and free; else stop. At the goal the robot stops, turns to the heading that is
+/// asked for, or goes on for a while if it is not sure to be there and its way ends nearer. Same inputs, same verdict.
 ///
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
@@ -78,10 +80,9 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
         (0..candidates.len()).map(|i| reject_unseen(context, &totals, i)).collect();
     let to_go = scene.belief.pose.position().distance(goal);
     let at_goal = to_go < profile.goal.arrive_distance;
-    let arrived = || Decision::stop(Reason::Arrived, candidates.dt());
     let sure = profile.goal.is_sure(to_go, scene.belief.position_sigma());
     if at_goal && (sure || scene.in_place >= LINGERING) {
-        return Verdict { decision: arrived(), totals, rejected, chosen: None };
+        return Verdict { decision: arrive(context, first_collision), totals, rejected, chosen: None };
     }
     let order = preference(context, &totals, &rejected);
     let mut chosen = None;
@@ -102,7 +103,7 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     }
     let ends_nearer = |index: usize| candidates.end(index).position().distance(goal) < to_go - NEARER;
     if at_goal && !chosen.as_ref().is_some_and(|(index, ..)| ends_nearer(*index)) {
-        return Verdict { decision: arrived(), totals, rejected, chosen: None };
+        return Verdict { decision: arrive(context, first_collision), totals, rejected, chosen: None };
     }
     let Some((index, slow, trajectory)) = chosen else {
         let decision = hold_or_stop(context, lack(&rejected), first_collision);
@@ -131,6 +132,21 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
         arrived: false,
     };
     Verdict { decision, totals, rejected, chosen: Some(index) }
+}
+
+/// What a robot does that has come to its goal: it turns, if a heading is asked for that it does not have yet and there
+/// is room for the turn, or has arrived.
+fn arrive(context: &Context<'_>, first_collision: &CollisionCheck<'_>) -> Decision {
+    let Context { profile, scene, robot, candidates, .. } = *context;
+    let steps = candidates.steps();
+    let dt = candidates.dt();
+    let turn = context.goal_heading.and_then(|heading| last_turn::turn(scene, robot, heading, steps, dt));
+    let Some(trajectory) = turn.filter(|turn| first_collision(turn).is_none()) else {
+        return Decision::stop(Reason::Arrived, dt);
+    };
+    let valid_for = trajectory.duration().min(profile.hold.max_age);
+    let reason = Reason::TurnsToHeading;
+    Decision { action: Action::Follow, reason, candidate: None, trajectory, valid_for, arrived: false }
 }
 
 /// The candidate that is free for longest, if for long enough; of several the cheapest.

@@ -46,6 +46,8 @@ impl Decision {
 pub enum Reason {
     /// The estimated position is at the goal.
     Arrived,
+    /// It is, and the robot turns to the heading that is asked for there.
+    TurnsToHeading,
     /// The candidate of least cost is free.
     LeastCost,
     /// Candidates that cost less collide; this is the one of least cost among the free ones.

@@ -9,6 +9,7 @@ mod arbiter;
 mod cost;
 mod decision;
 mod explanation;
+mod last_turn;
 mod observer;
 mod scores;
 

@@ -2,7 +2,6 @@
 
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
-use crate::occupancy::Obstacles;
 use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, Moment, People, Scene};
 
@@ -72,7 +71,7 @@ impl Observer {
         let in_place = stamp - place.since;
         let impatient = self.impatient_since.is_some();
         let uncertain = self.uncertain;
-        Scene { tick, stamp, belief, people, obstacles: Obstacles::default(), uncertain, in_place, impatient }
+        Scene { tick, stamp, uncertain, in_place, impatient, ..Scene::new(belief, people) }
     }
 
     /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at

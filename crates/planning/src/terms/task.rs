@@ -9,6 +9,8 @@ use crate::sensor::LaserModel;
 pub struct Task {
     /// Where to go, map frame.
     pub goal: Point2,
+    /// Heading to end with, map frame, radians; none if any will do.
+    pub goal_heading: Option<f64>,
     /// What the base can do.
     pub robot: RobotModel,
     /// What the localiser sees with.

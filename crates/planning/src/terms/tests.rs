@@ -21,6 +21,7 @@ fn every_term_is_built_from_any_profile() {
     let fields = Arc::new(StaticMap::new(grid));
     let task = Task {
         goal: Point2::new(5.0, 5.0),
+        goal_heading: None,
         robot: RobotModel::default(),
         laser: LaserModel::default(),
         noise: OdometryNoise::default(),

@@ -146,6 +146,33 @@ fn a_robot_that_is_not_sure_to_be_at_its_goal_goes_on_while_it_comes_nearer() {
 }
 
 #[test]
+fn at_its_goal_the_robot_turns_to_the_heading_that_is_asked_for_and_then_has_arrived() {
+    for heading in [3.0, -2.0, 0.3, -0.05] {
+        let mut hall = Hall::new();
+        hall.goal = hall.scene.belief.pose.position();
+        hall.goal_heading = Some(heading);
+        hall.scene.belief.twist = Twist::default();
+        let cycles = (0..40).find(|_| {
+            let decision = hall.arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).decision;
+            if decision.action == Action::Follow {
+                assert_eq!((decision.reason, decision.arrived), (Reason::TurnsToHeading, false));
+                let (pose, twist) = decision.trajectory.states().at(0);
+                (hall.scene.belief.pose, hall.scene.belief.twist) = (pose, twist);
+            }
+            decision.action == Action::Stop
+        });
+        let off = wrap_angle(hall.scene.belief.pose.heading - heading).abs();
+        assert!(cycles.is_some() && off < 0.1, "{heading} rad: {cycles:?}, {off} rad off");
+        assert!(hall.scene.belief.twist.omega.abs() < 0.2, "it stands");
+    }
+    // It has tried for long enough.
+    let mut hall = Hall::new();
+    hall.goal = hall.scene.belief.pose.position();
+    (hall.goal_heading, hall.scene.in_place) = (Some(3.0), 20.0);
+    assert!(hall.arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).decision.arrived);
+}
+
+#[test]
 fn a_candidate_that_leaps_is_unreachable() {
     // 0.3 m in a step at top speed, 0.3 m of tolerance
     let candidates = fan(&[(0, 0.0, 2.1), (1, 0.0, 1.9)]);

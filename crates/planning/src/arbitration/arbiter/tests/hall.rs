@@ -18,6 +18,7 @@ pub(super) struct Hall {
     pub(super) map: StaticMap,
     pub(super) robot: RobotModel,
     pub(super) goal: Point2,
+    pub(super) goal_heading: Option<f64>,
 }
 
 impl Hall {
@@ -38,6 +39,7 @@ impl Hall {
             map: StaticMap::new(grid),
             robot: RobotModel::default(),
             goal: Point2::new(35.0, 20.0),
+            goal_heading: None,
         }
     }
 
@@ -61,8 +63,8 @@ impl Hall {
         candidates: &'a CandidateSet,
         previous: Option<&'a Previous>,
     ) -> Context<'a> {
-        let Self { profile, scene, map, robot, goal } = self;
-        Context { profile, scene, map, robot, goal: *goal, candidates, previous }
+        let Self { profile, scene, map, robot, goal, goal_heading } = self;
+        Context { profile, scene, map, robot, goal: *goal, goal_heading: *goal_heading, candidates, previous }
     }
 
     pub(super) fn arbitrate(
