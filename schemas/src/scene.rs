@@ -1,6 +1,6 @@
 //! What a cost may depend on besides the candidate itself.
 
-use crate::check::{checks, non_negative, number, part};
+use crate::check::{checks, non_negative, number, optional, part};
 use crate::limits::MAX_OBSTACLE_CELLS;
 use crate::{Belief, Frame, People, Refusal, U32Array};
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,9 @@ pub struct Scene {
     /// how many there are, ascending and apart.
     #[serde(default, skip_serializing_if = "no_runs")]
     pub obstacles: U32Array,
+    /// The least room that the way ahead leaves beside the robot, m, if that is little.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passage_m: Option<f64>,
     /// Whether localisation counts as uncertain (with hysteresis): the terms conditional on it apply.
     pub uncertain: bool,
     /// For how long the robot has not left the place where it is, s; the profile says how far away another place is.
@@ -34,6 +37,7 @@ checks! { scene: Scene {
     belief: part;
     people: part;
     in_place_s: non_negative;
+    passage_m: optional(number);
     people: |_: &str, people: &People| match people.frame {
         Frame::Map => Ok(()),
         Frame::Robot => Err(Refusal::WrongFrame.at("people.frame")),

@@ -99,6 +99,8 @@ impl<'a> CollisionChecker<'a> {
     /// How much nearer than now the robot may come to something inside its margin, metres: what
     /// the first moments of turning away need.
     pub const SLACK: f64 = 0.02;
+    /// The same for walls, which stay where they are. A robot that is allowed a little more in each cycle ends in contact.
+    pub const WALL_SLACK: f64 = 0.005;
     /// Gap where that ends, metres: what is tracked is not tracked exactly.
     pub const GUARD: f64 = 0.03;
     /// Greatest distance between wall checks along a segment, metres.
@@ -118,7 +120,13 @@ impl<'a> CollisionChecker<'a> {
         let sigma = scene.belief.position_sigma();
         let inflation = (params.sigma_factor * sigma).min(params.max_inflation);
         let tight = params.tight_after > 0.0 && scene.in_place >= params.tight_after;
-        let wall_room = params.wall_margin + inflation;
+        let mut wall_room = params.wall_margin + inflation;
+        if tight {
+            wall_room = wall_room.min(Self::GUARD);
+        }
+        if let Some(passage) = scene.passage {
+            wall_room = wall_room.min((0.5 * passage).max(Self::GUARD));
+        }
         let mut checker = Self {
             map,
             people: &scene.people,
@@ -128,7 +136,7 @@ impl<'a> CollisionChecker<'a> {
             polygon: matches!(robot.footprint, Footprint::Polygon { .. }),
             start,
             belief_variance: sigma * sigma,
-            wall_room: if tight { wall_room.min(Self::GUARD) } else { wall_room },
+            wall_room,
             touching_wall: None,
             person_cap: Vec::new(),
             tight,
@@ -148,16 +156,13 @@ impl<'a> CollisionChecker<'a> {
         if self.wall_clear(self.start) {
             return;
         }
-        // The distance field is constant inside a cell: moving along a wall may change it by one cell.
-        let cell = self.map.grid.resolution();
-        let clearance = self.map.to_obstacle.clearance(&self.map.grid, self.start.position());
-        let radius = self.shape.circumscribed_radius();
-        self.wall_room =
-            if self.polygon { 0.0 } else { (clearance - radius - cell).clamp(0.0, self.wall_room) };
+        let clearance = self.map.to_obstacle.exact_clearance(&self.map.grid, self.start.position());
+        let now = clearance - self.shape.circumscribed_radius() - Self::WALL_SLACK;
+        self.wall_room = if self.polygon { 0.0 } else { now.clamp(0.0, self.wall_room) };
         if !self.wall_clear(self.start) {
             self.touching_wall =
                 Some(self.map.to_obstacle.between_cells(&self.map.grid, self.start.position()));
-            self.wall_room = clearance - radius - cell;
+            self.wall_room = now;
         }
     }
 
@@ -169,21 +174,32 @@ impl<'a> CollisionChecker<'a> {
     /// How far the robot may move from `pose` in any way before its distance from walls has to be
     /// looked at again, metres; negative when it is too near already.
     pub fn wall_spare(&self, pose: Pose2) -> f64 {
-        let clearance = self.map.to_obstacle.clearance(&self.map.grid, pose.position());
-        let spare = clearance - self.shape.circumscribed_radius() - self.wall_room;
+        let enough = self.shape.circumscribed_radius() + self.wall_room;
+        let spare = self.map.to_obstacle.clearance(&self.map.grid, pose.position(), enough) - enough;
         let close = spare < 0.0 && self.polygon && self.touching_wall.is_none();
         if close && !self.shape.comes_within(pose, self.map, self.wall_room) { 0.0 } else { spare }
+    }
+
+    /// Room to walls beyond what is asked at `pose`, metres, between the cells of the map: it grows with every step
+    /// away from a wall, to a cell's exactness. Negative where the pose is not clear.
+    pub fn wall_gap(&self, pose: Pose2) -> f64 {
+        let spare = self.wall_spare(pose);
+        if spare < 0.0 {
+            return spare;
+        }
+        let grid = &self.map.grid;
+        let to_wall = self.map.to_obstacle.between_cells(grid, pose.position()) - 0.5 * grid.resolution();
+        (to_wall - self.shape.circumscribed_radius() - self.wall_room).max(0.0)
     }
 
     /// Radius of a disc around `p` in which every pose is known to keep its distance from walls, metres; none if
     /// negative.
     pub fn wall_free(&self, p: Point2) -> f64 {
         let grid = &self.map.grid;
-        let clearance = self.map.to_obstacle.clearance(grid, p);
+        let clearance = self.map.to_obstacle.least_clearance(grid, p);
         let spare = clearance - self.shape.circumscribed_radius() - self.wall_room;
-        // The field gives the distance of a cell's centre, which is half a diagonal off at either end; it holds
-        // single precision, and none beyond the map.
-        (spare - std::f64::consts::SQRT_2 * grid.resolution() - 1e-6 * (1.0 + clearance)).min(grid.to_edge(p))
+        // The field holds single precision, and nothing beyond the map.
+        (spare - 1e-6 * (1.0 + clearance)).min(grid.to_edge(p))
     }
 
     /// Whether the straight way from `from` to `to` keeps the distance from walls, `from` excluded.

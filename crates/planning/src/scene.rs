@@ -177,6 +177,9 @@ pub struct Scene {
     pub people: People,
     /// What stands around the robot and is on no map.
     pub obstacles: Obstacles,
+    /// The least room that the way ahead leaves beside the robot, metres, if that is little
+    /// ([`crate::planner::Course::passage`]): what is asked of walls never closes the way through a door.
+    pub passage: Option<f64>,
     /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
     /// evaluator of the cycle sees the same.
     pub uncertain: bool,
@@ -198,6 +201,7 @@ impl Scene {
             belief,
             people,
             obstacles,
+            passage: None,
             uncertain: false,
             in_place: 0.0,
             impatient: false,

@@ -45,6 +45,7 @@ impl PlanContext {
         }
         let task = Task {
             goal: Point2::new(mission.order.goal_x, mission.order.goal_y),
+            goal_heading: mission.order.goal_heading,
             robot: convert::robot_model(&mission.order.robot_model),
             laser: convert::laser(&mission.order.laser),
             noise: convert::noise(&mission.order.odometry_noise),
@@ -203,6 +204,7 @@ impl PlanContext {
             belief,
             people,
             obstacles,
+            passage_m: None,
             uncertain: false,
             in_place_s: 0.0,
             impatient: false,

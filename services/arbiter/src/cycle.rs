@@ -35,13 +35,13 @@ pub async fn plan<P: Peers>(
     let moment = Moment { tick: observation.belief.tick, stamp: observation.belief.stamp };
     let belief = convert::belief(&observation.belief);
     let people = convert::people_at(&observation.people, &belief, moment.stamp);
-    let braked_for = memory.braked_for(moment.stamp);
+    let braked_for = memory.braked_for(moment.stamp).filter(|_| !course.is_beside_wall(belief.pose.position()));
     let observer = &mut memory.carried.observer;
     if let Some(seconds) = braked_for {
         observer.observe_braking(&course.profile, &course.robot, belief.pose, moment.stamp, seconds);
     }
     let mut scene = observer.form_scene(&course.profile, &course.robot, moment, belief, &people);
-    scene.obstacles = course.obstacles.clone();
+    course.complete(&mut scene);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
     // Generate: replicas grow the trees, which travel with the questions.

@@ -11,6 +11,7 @@ mod doors;
 mod drivers;
 mod localize;
 mod metrics;
+mod narrow;
 mod obstacles;
 pub(crate) mod program;
 mod real_inputs;

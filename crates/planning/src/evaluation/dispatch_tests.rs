@@ -173,6 +173,7 @@ fn drive(hall: &Hall, level: Level, seed: u64) -> Vec<Pose2> {
             map: &hall.map,
             robot: &robot,
             goal: GOAL,
+            goal_heading: None,
             candidates,
             previous: None,
         };

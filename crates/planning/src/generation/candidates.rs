@@ -117,7 +117,7 @@ struct Finder<'a> {
     input: &'a GenerationInput<'a>,
     trajectories: &'a TrajectoryChecker<'a>,
     params: &'a CandidateParams,
-    rollout_params: &'a RolloutParams,
+    rollout_params: RolloutParams,
     from: Departure<'a>,
     /// Mean speed below which a candidate is slow, m/s.
     slow: f64,
@@ -138,7 +138,7 @@ impl<'a> Finder<'a> {
             input,
             trajectories,
             params: &input.params.generation.candidates,
-            rollout_params: &input.params.generation.rollout,
+            rollout_params: input.rollout_params(),
             from: Departure { pose, twist, robot, steps, dt },
             slow: robot.slow_below(input.params.min_speed, twist.v, steps, dt),
             states: States::default(),
@@ -176,7 +176,7 @@ impl<'a> Finder<'a> {
                     profile: SpeedProfile { fraction: profiles[k], turn_first: *turn_first },
                 })
                 .collect();
-            rollouts(&drives, &self.from, self.rollout_params, &mut self.states);
+            rollouts(&drives, &self.from, &self.rollout_params, &mut self.states);
             for &(proposal, k) in batch {
                 self.timed.push(self.describe(self.timed.len(), proposal, first_profile + k));
             }

@@ -70,7 +70,7 @@ fn cost(
     let here = pose.position();
     while time < params.look_ahead {
         (pose, time) = (step(pose, twist, LOOK_S), time + LOOK_S);
-        nearest = nearest.min(checker.wall_spare(pose));
+        nearest = nearest.min(checker.wall_gap(pose));
         for i in 0..people.len() {
             let gap = people.position_after(i, time).distance(pose.position()) - contact;
             nearest = nearest.min(gap - checker.gap_asked(i, time));

@@ -4,6 +4,7 @@ use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
 use crate::evaluation::cpc::InformationField;
 use crate::generation::params::GeneratorPart;
+use crate::generation::rollout::RolloutParams;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
@@ -36,10 +37,23 @@ pub struct GenerationInput<'a> {
     pub seed: u64,
 }
 
+/// With less room than this on either side the way is narrow, metres.
+const NARROW_M: f64 = 0.15;
+/// Distance of the pursued point there at standstill, metres: from a farther one corners are cut by more than there is.
+const CLOSE_LOOKAHEAD_M: f64 = 0.15;
+
 impl<'a> GenerationInput<'a> {
     /// What says whether a candidate is free.
     pub fn checker(&self) -> CollisionChecker<'a> {
         CollisionChecker::new(self.map, self.robot, self.scene, self.params.forecast, &self.params.collision)
+    }
+
+    /// How paths are followed: closely where the way ahead is narrow.
+    pub(super) fn rollout_params(&self) -> RolloutParams {
+        let rollout = self.params.generation.rollout;
+        let is_narrow = self.scene.passage.is_some_and(|room| room < NARROW_M);
+        let lookahead = if is_narrow { rollout.lookahead.min(CLOSE_LOOKAHEAD_M) } else { rollout.lookahead };
+        RolloutParams { lookahead, ..rollout }
     }
 
     /// The shortest ways, past people who are slower than `speed`, m/s.

@@ -184,7 +184,7 @@ impl<'a> Judge<'a> {
             (v[k], omega[k]) = (twist.v, twist.omega);
             pose = step(pose, twist, params.period);
             let p = pose.position();
-            let mut gap = self.checker.wall_spare(pose).min(FELT_M);
+            let mut gap = self.checker.wall_gap(pose).min(FELT_M);
             for (person, contact) in &self.people[k * self.near..(k + 1) * self.near] {
                 let square = person.distance_squared(p);
                 let felt = contact + gap;

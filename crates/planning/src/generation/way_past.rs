@@ -51,7 +51,7 @@ impl Lattice<'_> {
     /// Room beyond what is asked of walls and people, metres; negative where the robot must not be.
     fn room(&self, p: Point2) -> f64 {
         let to_people = self.people.iter().map(|&(person, radius)| p.distance(person) - radius);
-        to_people.fold(self.checker.wall_spare(Pose2 { x: p.x, y: p.y, ..self.centre }), f64::min)
+        to_people.fold(self.checker.wall_gap(Pose2 { x: p.x, y: p.y, ..self.centre }), f64::min)
     }
 
     /// Index of a node, unless it is outside.

@@ -38,6 +38,9 @@ const DIRECTIONS: usize = 32;
 impl GeodesicField {
     /// Cost factor of cells closer to an obstacle than the robot's radius.
     pub const TIGHT_SLOWNESS: f64 = 6.0;
+    /// By how much that factor grows with each metre nearer, up to [`Self::PLANNING_MARGIN`], 1/m: the shortest way
+    /// leads through the middle of a door.
+    pub const TIGHTER: f64 = 60.0;
     /// Cost factor right at the robot's radius, falling to 1 over [`Self::COMFORT`] metres, so that
     /// the shortest way does not scrape along walls.
     pub const WALL_SLOWNESS: f64 = 1.5;
@@ -182,7 +185,8 @@ fn beside(
 /// How many metres one counts as where there is so much room beyond the robot, metres.
 fn factor(room: f64) -> f64 {
     if room < 0.0 {
-        return GeodesicField::TIGHT_SLOWNESS;
+        let depth = (-room).min(GeodesicField::PLANNING_MARGIN);
+        return GeodesicField::TIGHT_SLOWNESS + GeodesicField::TIGHTER * depth;
     }
     let comfort = (1.0 - room / GeodesicField::COMFORT).max(0.0);
     1.0 + (GeodesicField::WALL_SLOWNESS - 1.0) * comfort

@@ -7,6 +7,7 @@ use crate::arbitration::{Context, Previous, Scores};
 use crate::candidates::CandidateSet;
 use crate::evaluation::Evaluator;
 use crate::evaluation::cpc::InformationField;
+use crate::footprint::FootprintShape;
 use crate::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
@@ -22,6 +23,15 @@ const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
 
 /// Between two places at which the room on a way is looked up, metres: less than any robot is wide.
 const WAY_SPACING: f64 = 0.05;
+
+/// How far ahead the way is looked at for narrow places, metres: as far as a decision leads.
+const PASSAGE_AHEAD: f64 = 3.0;
+
+/// Farther from the robot no driver brakes for what stands beside its way, metres.
+const BRAKED_FOR: f64 = 0.15;
+
+/// From so much room beside the robot on, a way is not narrow, metres: no margin asks for as much.
+const PASSAGE_WIDE: f64 = 0.3;
 
 /// A goal made ready: fields derived, generator found, evaluators built.
 pub struct Course {
@@ -39,7 +49,7 @@ pub struct Course {
     pub goal: Point2,
     /// The run's.
     pub seed: u64,
-    task: Task,
+    pub(super) task: Task,
     generator: &'static GeneratorKind,
     /// What an observation is worth, if the generator asks for it.
     information: Option<Arc<InformationField>>,
@@ -135,6 +145,30 @@ impl Course {
         self.geodesic.at(start).is_finite()
     }
 
+    /// Adds to a scene what the course knows: obstacles, and how narrow the way ahead is.
+    pub fn complete(&self, scene: &mut Scene) {
+        scene.obstacles = self.obstacles.clone();
+        scene.passage = self.passage(scene.belief.pose.position());
+    }
+
+    /// Whether a wall or an obstacle that is known stands so near to a robot at `p` that a driver brakes for it.
+    pub fn is_beside_wall(&self, p: Point2) -> bool {
+        let near = self.robot.radius() + BRAKED_FOR;
+        self.map.to_obstacle.clearance(&self.map.grid, p, near) < near
+    }
+
+    /// The least room beside the robot on the next [`PASSAGE_AHEAD`] metres of the way from `start`, metres; none where
+    /// it is [`PASSAGE_WIDE`] or more. A footprint that is no disc is taken lengthwise, as it goes through a door.
+    pub fn passage(&self, start: Point2) -> Option<f64> {
+        let way = self.geodesic.descend_for(start, WAY_SPACING, PASSAGE_AHEAD);
+        let radius = FootprintShape::from(&self.robot.footprint).inscribed_radius();
+        let enough = radius + PASSAGE_WIDE;
+        let narrow = way.iter().filter(|p| self.map.to_obstacle.at(&self.map.grid, **p) < enough);
+        let clearances = narrow.map(|p| self.map.to_obstacle.exact_clearance(&self.map.grid, *p));
+        let least = clearances.fold(enough, f64::min);
+        (least < enough).then_some(least - radius)
+    }
+
     /// The least room that the way from `start` has to walls and unknown floor on the map, metres, as far as the
     /// centres of its cells say; infinite where there is no way.
     pub fn narrowest(&self, start: Point2) -> f64 {
@@ -150,7 +184,8 @@ impl Course {
         previous: Option<&'a Previous>,
     ) -> Context<'a> {
         let Self { profile, map, robot, goal, .. } = self;
-        Context { profile, scene, map, robot, goal: *goal, candidates, previous }
+        let goal_heading = self.task.goal_heading;
+        Context { profile, scene, map, robot, goal: *goal, goal_heading, candidates, previous }
     }
 
     /// Grows tree number `index` (Alg. 1) and says whether that was cut short. `previous` is what is left of the

@@ -147,6 +147,14 @@ impl Planner {
         Ok(())
     }
 
+    /// Sets the heading to end with at this goal and those to come, map frame, radians; none if any will do.
+    pub fn set_goal_heading(&mut self, heading: Option<f64>) {
+        self.task.goal_heading = heading;
+        if let Some(course) = &mut self.course {
+            course.task.goal_heading = heading;
+        }
+    }
+
     /// Sets what stands on the map that it does not have, until it is set again: all that is known now. The way past it
     /// is derived, which takes some milliseconds on a large map. A new goal begins without obstacles.
     ///
@@ -209,7 +217,7 @@ impl Planner {
         let moment = Moment { tick, stamp };
         let observer = &mut self.carried.observer;
         let mut scene = observer.form_scene(&self.profile, &self.task.robot, moment, belief, people);
-        scene.obstacles = course.obstacles.clone();
+        course.complete(&mut scene);
         let candidates = course.generate_all(&scene, &mut self.carried);
         let scores = course.score(&scene, &candidates);
         let previous = self.carried.previous.as_ref();
@@ -221,8 +229,11 @@ impl Planner {
     }
 
     /// The base has braked for `seconds` now because something is too close to a robot that is at `pose`. Profiles
-    /// with an `[unseen]` table plan around what must stand there.
+    /// with an `[unseen]` table plan around what must stand there, unless it is a wall.
     pub fn observe_braking(&mut self, pose: Pose2, stamp: f64, seconds: f64) {
+        if self.course.as_ref().is_some_and(|course| course.is_beside_wall(pose.position())) {
+            return;
+        }
         self.carried.observer.observe_braking(&self.profile, &self.task.robot, pose, stamp, seconds);
     }
 

@@ -145,6 +145,7 @@ pub fn scene() -> Scene {
         belief: belief(),
         people: people(),
         obstacles: vec![17, 3, 40, 1].into(),
+        passage_m: Some(0.125),
         uncertain: true,
         in_place_s: 0.6,
         impatient: false,
