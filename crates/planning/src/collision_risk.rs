@@ -101,22 +101,35 @@ impl Contacts {
         Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, who: [0; LANES] }
     }
 
-    /// Adds the chance that the robot touches any of eight people from `first` on, whose forecasts have these means and
-    /// the standard deviation `sigma`, with the robot at `p`. Beyond contact and four of these there is none.
+    /// Which of eight people the robot may touch at `p`, lowest bit first, and how far they are, metres. Their
+    /// forecasts have these means and the standard deviation `sigma`. Beyond contact and four of these there is no
+    /// chance.
     #[inline(always)]
-    pub(crate) fn add<S: Simd>(
-        &mut self,
+    pub(crate) fn near<S: Simd>(
+        &self,
         simd: S,
         p: Point2,
         means: &[[f64; LANES]; 2],
-        first: usize,
         sigma: f64,
-    ) {
+    ) -> (u64, [f64; LANES]) {
         let [x, y] = means.map(|of| f64x8::load_array(simd, of));
         let dx = p.x - x;
         let dy = p.y - y;
         let distances = (dx * dx + dy * dy).sqrt();
-        let mut near = distances.simd_lt(self.contact + overlap::CUT * sigma).to_bitmask();
+        (distances.simd_lt(self.contact + overlap::CUT * sigma).to_bitmask(), distances.into())
+    }
+
+    /// Adds the chance that the robot touches those of eight people from `first` on who are `near`, as
+    /// [`Self::near`] has found them.
+    #[inline(always)]
+    pub(crate) fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        mut near: u64,
+        distances: [f64; LANES],
+        first: usize,
+        sigma: f64,
+    ) {
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             near &= near - 1;
@@ -354,7 +367,8 @@ mod tests {
     fn free<S: Simd>(simd: S, contacts: &mut Contacts, people: &People, way: &[(f64, Point2, f64)]) -> f64 {
         for &(t, p, sigma) in way {
             for (group, means) in means_after(people, t).iter().enumerate() {
-                contacts.add(simd, p, means, group * LANES, sigma);
+                let (near, distances) = contacts.near(simd, p, means, sigma);
+                contacts.add(simd, near, distances, group * LANES, sigma);
             }
         }
         contacts.free(simd)

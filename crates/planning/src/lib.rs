@@ -40,7 +40,7 @@
 //! |---|---|
 //! | the planner as one object | [`planner`] |
 //! | where walls are, and what is derived from them | [`occupancy`] |
-//! | what is known at one moment | [`scene`], [`forecast`], [`sensor`] |
+//! | what is known at one moment | [`scene`], [`forecast`], [`sensor`], [`sight`] |
 //! | what could be driven | [`states`], [`candidates`], [`trajectory`] |
 //! | how candidates come to be (Alg. 1) | [`generation`] |
 //! | what each of them costs (eqs. 7 to 18) | [`evaluation`], [`terms`] |
@@ -72,6 +72,7 @@ pub mod profile;
 pub mod random;
 pub mod scene;
 pub mod sensor;
+pub mod sight;
 pub mod states;
 pub mod terms;
 pub mod text;

@@ -17,6 +17,7 @@ use crate::evaluation::human_space::HumanSpaceParams;
 use crate::evaluation::information_to_go::InformationToGoParams;
 use crate::forecast::ForecastParams;
 use crate::generation::{self, GenerationParams, GeneratorPart};
+use crate::sight::SightParams;
 mod load;
 
 crate::parameters! {
@@ -77,6 +78,8 @@ crate::parameters! {
         pub hccdm: HccdmParams [table] = HccdmParams::default(),
         /// How large the rooms of the term `human-space` are, and the waves of `doppler`.
         pub human_space: HumanSpaceParams [table] = HumanSpaceParams::default(),
+        /// Whether walls hide people from the terms that count them.
+        pub sight: SightParams [table] = SightParams::default(),
         /// What the term `information-to-go` makes of uncertainty on the way to the goal.
         pub information_to_go: InformationToGoParams [table] = InformationToGoParams::default(),
         /// When predicted observations are credited (D5).

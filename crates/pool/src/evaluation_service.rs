@@ -139,6 +139,8 @@ mod tests {
             );
             here
         };
+        // Behind the wall others do not count.
+        cost("cnc");
         let plain = cost("cpc");
         let occluded = cost("cpc-occluded");
         assert!(

@@ -1,12 +1,14 @@
 //! What a cycle tells the world.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use curionav_planning::arbitration::{self, Explanation, Lack, Previous, Scores, Verdict, explain};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::collision::{Collision, Obstacle};
 use curionav_planning::evaluation::hccdm::{Component, Hccdm};
 use curionav_planning::scene::Scene;
+use curionav_planning::sight::Sight;
 use curionav_runtime::convert;
 use curionav_schemas::{
     self as wire, Action, Crowd, CycleReport, Decision, Degradation, Evaluated, F64Array, ObstacleCells,
@@ -119,7 +121,11 @@ impl CycleOutcome {
             term_report(context, &self.verdict, &explanation, &self.scores, term, evaluated)
         });
         let terms = terms.collect();
-        let crowds = Hccdm::build(&self.scene.people, &profile.hccdm, profile.steps, profile.dt);
+        let course = &context.course;
+        let hides = profile.sight.walls_hide;
+        let sight = hides.then(|| Sight::new(Arc::clone(&course.map), course.robot.v_max));
+        let crowds =
+            Hccdm::build(&self.scene.people, &profile.hccdm, sight.as_ref(), profile.steps, profile.dt);
         let (scored, total) = with_cost(self.verdict.totals.total.iter().copied());
         let rejected = self.verdict.rejected.iter().enumerate().filter_map(|(i, rejection)| {
             Some(RejectedCandidate { candidate: i as u32, why: rejection_to_wire(rejection.as_ref()?) })

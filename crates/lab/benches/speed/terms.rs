@@ -10,7 +10,7 @@ use curionav_planning::terms::{self, Task};
 use crate::case::Case;
 use crate::hall;
 
-/// Each built-in term alone, and those of the paper's planner together.
+/// Each built-in term alone, `cnc` also with walls that hide people, and those of the paper's planner together.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let map = hall::map()?;
     let scene = Arc::new(hall::scene());
@@ -19,8 +19,12 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         let evaluator = terms::evaluator(term, &Profile::default(), &task, &map).context(*term)?;
         anyhow::Ok((*term, evaluator?))
     };
-    let evaluators: Vec<(&str, Arc<dyn Evaluator>)> =
+    let mut evaluators: Vec<(&str, Arc<dyn Evaluator>)> =
         terms::NAMES.iter().map(built).collect::<Result<_, _>>()?;
+    let mut hiding = Profile::default();
+    hiding.sight.walls_hide = true;
+    let in_view = terms::evaluator("cnc", &hiding, &task, &map).context("cnc")??;
+    evaluators.push(("cnc-in-view", in_view));
     let is_of_paper = |(term, _): &&(&str, _)| ["cnc", "cpc", "distance"].contains(term);
     let of_paper: Vec<_> = evaluators.iter().filter(is_of_paper).cloned().collect();
     let mut cases = Vec::new();

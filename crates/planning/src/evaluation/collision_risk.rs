@@ -9,6 +9,7 @@ use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::lanes::{LANES, Level, Simd, dispatch};
 use crate::scene::Scene;
+use crate::sight::{Sight, View};
 
 /// Term `collision-risk`: `1 - prod_i (1 - max_k P_ik)`, a probability. `P_ik` is the mass of person i's forecast for
 /// state k within the two radii; a product over k would count one encounter many times.
@@ -20,6 +21,8 @@ pub struct CollisionRiskEvaluator {
     pub forecast: ForecastParams,
     /// What predicts how well the robot will know its position, whose variance then adds to that of the forecast.
     pub belief: Option<CpcEvaluator>,
+    /// What hides people; nothing does if there is none.
+    pub sight: Option<Sight>,
 }
 
 impl Evaluator for CollisionRiskEvaluator {
@@ -42,6 +45,10 @@ impl Evaluator for CollisionRiskEvaluator {
         });
         let moments: Vec<Moment> = moments.collect();
         let mut contacts = Contacts::new(self.radius + people.radius, people.len());
+        let each_alone: Vec<Vec<usize>> = (0..people.len()).map(|person| vec![person]).collect();
+        let steps = candidates.steps();
+        let mut view =
+            self.sight.as_ref().map(|sight| View::new(sight, scene, &each_alone, steps, candidates.dt()));
         let mut costs = Vec::with_capacity(candidates.len());
         for (x, (y, variances)) in (states.x.chunks(moments.len()))
             .zip(states.y.chunks(moments.len()).zip(variances.chunks(moments.len())))
@@ -49,7 +56,11 @@ impl Evaluator for CollisionRiskEvaluator {
             if should_stop() {
                 return Err(Stopped);
             }
-            costs.push(dispatch!(level, simd => cost(simd, &mut contacts, &moments, [x, y, variances])));
+            if let Some(view) = &mut view {
+                view.trim();
+            }
+            let of = [x, y, variances];
+            costs.push(dispatch!(level, simd => cost(simd, &mut contacts, &moments, &mut view, of)));
         }
         Ok(costs)
     }
@@ -70,16 +81,38 @@ fn cost<S: Simd>(
     simd: S,
     contacts: &mut Contacts,
     moments: &[Moment],
+    view: &mut Option<View<'_>>,
     [x, y, variances]: [&[f64]; 3],
 ) -> f64 {
     for (k, moment) in moments.iter().enumerate() {
         let p = Point2::new(x[k], y[k]);
         let sigma = (moment.variance + variances[k]).sqrt();
         for (group, means) in moment.means.iter().enumerate() {
-            contacts.add(simd, p, means, group * LANES, sigma);
+            let (mut near, distances) = contacts.near(simd, p, means, sigma);
+            if near == 0 {
+                continue;
+            }
+            if let Some(view) = view {
+                let place = view.place(k, x, y);
+                near = in_view(view, place, group, near);
+            }
+            contacts.add(simd, near, distances, group * LANES, sigma);
         }
     }
     1.0 - contacts.free(simd)
+}
+
+/// Those of eight people, number `eight`, who are in view of a place.
+#[inline(always)]
+fn in_view(view: &mut View<'_>, place: usize, eight: usize, near: u64) -> u64 {
+    let mut left = near;
+    let mut seen = 0;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        seen |= u64::from(view.shows(place, eight * LANES + lane)) << lane;
+    }
+    seen
 }
 
 #[cfg(test)]
@@ -118,7 +151,7 @@ mod tests {
         let cpc = CpcEvaluator::new(Arc::new(field), OdometryNoise::default(), CpcParams::default());
         let forecast = ForecastParams::default();
         let belief = with_belief.then_some(cpc);
-        let term = CollisionRiskEvaluator { radius: 0.3, forecast, belief };
+        let term = CollisionRiskEvaluator { radius: 0.3, forecast, belief, sight: None };
         term.evaluate(&scene(People::walking(0.25, of), variance), &straight(), &|| false).unwrap()[0]
     }
 

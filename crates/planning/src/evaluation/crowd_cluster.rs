@@ -1,18 +1,25 @@
 //! Who stands together: the online crowd cluster of section IV-C1.
 
 use crate::scene::People;
+use crate::sight::Sight;
 
 /// People as groups of indices: two belong together when a chain of neighbours links them, each nearer
-/// to the next than `social_distance` metres (strictly; transitive, A17).
+/// to the next than `social_distance` metres (strictly; transitive, A17). With `sight`, no wall may lie between
+/// neighbours.
 ///
 /// Members ascend within a group and groups ascend by their first member, so the answer depends on
 /// nothing but the people.
-pub fn crowd_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> {
+pub fn crowd_clusters(people: &People, social_distance: f64, sight: Option<&Sight>) -> Vec<Vec<usize>> {
     let mut links = Links((0..people.len()).collect());
     let limit = social_distance * social_distance;
     for i in 0..people.len() {
         for j in 0..i {
-            if people.position(i).distance_squared(people.position(j)) < limit {
+            let a = people.position(i);
+            let b = people.position(j);
+            if a.distance_squared(b) >= limit || links.root(i) == links.root(j) {
+                continue;
+            }
+            if sight.is_none_or(|sight| sight.is_free(a, b)) {
                 links.join(i, j);
             }
         }
@@ -103,7 +110,7 @@ pub(crate) mod tests {
                 (0..n).map(|_| (snap(side * uniform(&mut r)), snap(side * uniform(&mut r)))).collect();
             let crowd = people(&points);
             for d in [1.0, 1.2, 2.1, 3.6] {
-                assert_eq!(crowd_clusters(&crowd, d), plain_clusters(&crowd, d), "seed {seed}, d {d}");
+                assert_eq!(crowd_clusters(&crowd, d, None), plain_clusters(&crowd, d), "seed {seed}, d {d}");
             }
         }
     }
@@ -111,14 +118,18 @@ pub(crate) mod tests {
     #[test]
     fn a_chain_is_one_crowd_and_the_limit_itself_is_apart() {
         let row = people(&[(0.0, 0.0), (4.0, 0.0), (2.0, 0.0), (6.25, 0.0), (10.0, 0.0)]);
-        assert_eq!(crowd_clusters(&row, 2.25), [vec![0, 1, 2], vec![3], vec![4]], "6.25 - 4 is the limit");
-        assert_eq!(crowd_clusters(&row, 2.26), [vec![0, 1, 2, 3], vec![4]]);
-        assert_eq!(crowd_clusters(&row, 2.0).len(), 5, "2 m apart is not less than 2 m");
-        assert!(crowd_clusters(&People::default(), 2.1).is_empty());
+        assert_eq!(
+            crowd_clusters(&row, 2.25, None),
+            [vec![0, 1, 2], vec![3], vec![4]],
+            "6.25 - 4 is the limit"
+        );
+        assert_eq!(crowd_clusters(&row, 2.26, None), [vec![0, 1, 2, 3], vec![4]]);
+        assert_eq!(crowd_clusters(&row, 2.0, None).len(), 5, "2 m apart is not less than 2 m");
+        assert!(crowd_clusters(&People::default(), 2.1, None).is_empty());
     }
 
     #[test]
     fn a_thousand_people_on_one_spot_are_one_crowd() {
-        assert_eq!(crowd_clusters(&people(&[(3.0, -4.0); 1024]), 2.1), [(0..1024).collect::<Vec<_>>()]);
+        assert_eq!(crowd_clusters(&people(&[(3.0, -4.0); 1024]), 2.1, None), [(0..1024).collect::<Vec<_>>()]);
     }
 }

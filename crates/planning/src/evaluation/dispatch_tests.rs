@@ -50,7 +50,7 @@ impl Hall {
         let rays = Arc::new(RayField::new(&information, &map, &laser, &params));
         let cpc = CpcEvaluator::new(information, OdometryNoise::default(), CpcParams::default());
         Self {
-            cnc: HccdmEvaluator { params: HccdmParams::default() },
+            cnc: HccdmEvaluator { params: HccdmParams::default(), sight: None },
             occluded: CpcOccludedEvaluator::new(cpc.clone(), rays, ForecastParams::default()),
             cpc,
             distance: DistanceEvaluator::Geodesic(Arc::clone(&geodesic)),

@@ -3,7 +3,8 @@
 //! Every individual and every crowd is one component, a Gaussian in the paper; the cost of a candidate is the density
 //! of all components summed over its states. Where we differ from the printed equations: a component moves
 //! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
-//! and a component ends at [`CUT_SIGMAS`].
+//! and a component ends at [`CUT_SIGMAS`]. If walls hide people, a component weighs at each state as many as it has
+//! members in view of it.
 
 use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
@@ -14,6 +15,7 @@ use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::lanes::Level;
 use crate::scene::{People, Scene};
+use crate::sight::{Sight, View};
 
 pub use crate::evaluation::hccdm_simd::{CUT_SIGMAS, Kernel};
 
@@ -149,21 +151,28 @@ impl Component {
 #[derive(Debug, Clone)]
 pub struct Hccdm {
     components: Vec<Component>,
+    /// The people of each, as indices.
+    clusters: Vec<Vec<usize>>,
     lanes: Lanes,
 }
 
 impl Hccdm {
     /// Clusters the people, fits a component to each cluster and lays out its states over the horizon.
-    /// Components are in the order of their first member in `people`.
-    pub fn build(people: &People, params: &HccdmParams, steps: usize, dt: f64) -> Self {
-        let components: Vec<Component> = crowd_clusters(people, params.social_distance)
-            .iter()
-            .map(|cluster| Component::new(people, cluster, params))
-            .collect();
+    /// Components are in the order of their first member in `people`. With `sight`, no wall parts the people of one.
+    pub fn build(
+        people: &People,
+        params: &HccdmParams,
+        sight: Option<&Sight>,
+        steps: usize,
+        dt: f64,
+    ) -> Self {
+        let clusters = crowd_clusters(people, params.social_distance, sight);
+        let components: Vec<Component> =
+            clusters.iter().map(|cluster| Component::new(people, cluster, params)).collect();
         let shape = (params.kernel, temper(params.saturation));
         let lanes =
             Lanes::new(steps, shape, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
-        Self { components, lanes }
+        Self { components, clusters, lanes }
     }
 
     /// The components, as they are now.
@@ -171,10 +180,10 @@ impl Hccdm {
         &self.components
     }
 
-    /// H of eq. 18 of one trajectory: the density summed over its states, 1/m2. `x` and `y` hold exactly
+    /// H of eq. 18 of one trajectory: the density of all people summed over its states, 1/m2. `x` and `y` hold exactly
     /// `steps` numbers.
     pub fn cost(&self, x: &[f64], y: &[f64]) -> f64 {
-        self.lanes.sums(Level::new(), x, y)[0]
+        self.lanes.sums(Level::new(), x, y, None)[0]
     }
 }
 
@@ -188,6 +197,8 @@ fn time_of(k: usize, dt: f64) -> f64 {
 pub struct HccdmEvaluator {
     /// Such as [`HccdmParams::check`](crate::parameters::Ranged::check) passes.
     pub params: HccdmParams,
+    /// What hides people; nothing does if there is none.
+    pub sight: Option<Sight>,
 }
 
 /// Candidates between two looks at the budget.
@@ -195,22 +206,29 @@ const GROUP: usize = 16;
 
 impl HccdmEvaluator {
     /// The costs, with vectors of this kind, which makes no difference to them.
-    pub(super) fn evaluate_at(
+    pub(crate) fn evaluate_at(
         &self,
         level: Level,
         scene: &Scene,
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
+        let steps = candidates.steps();
+        let dt = candidates.dt();
+        let sight = self.sight.as_ref();
+        let map = Hccdm::build(&scene.people, &self.params, sight, steps, dt);
+        let mut view = sight.map(|sight| View::new(sight, scene, &map.clusters, steps, dt));
         let mut costs = Vec::with_capacity(candidates.len());
         let states = candidates.all_states();
-        let numbers = GROUP * candidates.steps();
+        let numbers = GROUP * steps;
         for (x, y) in states.x.chunks(numbers).zip(states.y.chunks(numbers)) {
             if should_stop() {
                 return Err(Stopped);
             }
-            costs.append(&mut map.lanes.sums(level, x, y));
+            if let Some(view) = &mut view {
+                view.trim();
+            }
+            costs.append(&mut map.lanes.sums(level, x, y, view.as_mut()));
         }
         Ok(costs)
     }

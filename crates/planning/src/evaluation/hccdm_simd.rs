@@ -4,8 +4,11 @@
 //! discarded for a whole run by one comparison; the others are added lane by lane with the same
 //! operations in the same order whatever else is in the batch.
 
+use std::ops::Range;
+
 use crate::geometry::Point2;
 use crate::lanes::{LANES, Level, Select, Simd, SimdBase, SimdMask, dispatch, exp_minus_8_to_0, f64x8};
+use crate::sight::{InView, Shares, View};
 
 /// A component is exactly zero farther from its mean than this many standard deviations: there it has
 /// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time. A flat one has fallen as far at 2.6.
@@ -195,20 +198,36 @@ impl Lanes {
     }
 
     /// Of each trajectory the sum over its states of the sum over the components, each in ascending order. `x` and
-    /// `y` are `[trajectory, step]`.
-    pub(super) fn sums(&self, level: Level, x: &[f64], y: &[f64]) -> Vec<f64> {
+    /// `y` are `[trajectory, step]`. A component counts as far as `view` has it in view.
+    pub(super) fn sums(
+        &self,
+        level: Level,
+        x: &[f64],
+        y: &[f64],
+        mut view: Option<&mut View<'_>>,
+    ) -> Vec<f64> {
         let mut totals = vec![0.0; x.len() / self.steps];
-        dispatch!(level, simd => self.add_all(simd, x, y, &mut totals));
+        let view = &mut view;
+        dispatch!(level, simd => self.add_all(simd, x, y, view, &mut totals));
         totals
     }
 
     /// Run after run, so that its components stay in the cache.
     #[inline(always)]
-    fn add_all<S: Simd>(&self, simd: S, x: &[f64], y: &[f64], totals: &mut [f64]) {
+    fn add_all<S: Simd>(
+        &self,
+        simd: S,
+        x: &[f64],
+        y: &[f64],
+        view: &mut Option<&mut View<'_>>,
+        totals: &mut [f64],
+    ) {
         for (groups, first) in self.groups.iter().zip((0..self.steps).step_by(LANES)) {
             let used = LANES.min(self.steps - first);
             for (i, total) in totals.iter_mut().enumerate() {
-                let start = i * self.steps + first;
+                let all = i * self.steps..(i + 1) * self.steps;
+                let places = places(view, first..first + used, &x[all.clone()], &y[all.clone()]);
+                let start = all.start + first;
                 let x = &x[start..start + used];
                 let y = &y[start..start + used];
                 let here = Disc::around(x, y);
@@ -216,11 +235,21 @@ impl Lanes {
                 let x = padded(x);
                 let y = padded(y);
                 let mut densities = f64x8::splat(simd, 0.0);
-                for group in groups {
+                for (eight, group) in groups.iter().enumerate() {
                     let mut touching = group.touching(simd, here);
+                    let in_view = match view {
+                        Some(view) if touching != 0 => view.of_eight(places, eight, touching),
+                        _ => InView::ALL,
+                    };
                     while touching != 0 {
-                        densities += group.runs[touching.trailing_zeros() as usize].at(self.kernel, x, y);
+                        let component = touching.trailing_zeros() as usize;
                         touching &= touching - 1;
+                        let run = &group.runs[component];
+                        match in_view.of(component) {
+                            Shares::None => {}
+                            Shares::Whole => densities += run.at(self.kernel, x, y),
+                            Shares::Some(of) => densities += run.at(self.kernel, x, y) * lanes(simd, &of),
+                        }
                     }
                 }
                 densities = densities / (densities * self.temper + 1.0);
@@ -230,6 +259,25 @@ impl Lanes {
             }
         }
     }
+}
+
+/// The places from which the states of a run see, of a trajectory with these positions.
+#[inline(always)]
+fn places(view: &mut Option<&mut View<'_>>, run: Range<usize>, x: &[f64], y: &[f64]) -> [usize; LANES] {
+    let mut places = [0; LANES];
+    let Some(view) = view else { return places };
+    let mut before = usize::MAX;
+    let mut place = 0;
+    for (lane, of_lane) in places.iter_mut().enumerate() {
+        let step = (run.start + lane).min(run.end - 1);
+        let middle = view.middle(step);
+        if middle != before {
+            before = middle;
+            place = view.place(step, x, y);
+        }
+        *of_lane = place;
+    }
+    places
 }
 
 #[cfg(test)]

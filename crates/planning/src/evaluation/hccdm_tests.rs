@@ -76,7 +76,7 @@ fn scene(people: People) -> Scene {
 }
 
 fn evaluate(params: HccdmParams, people: &People, candidates: &CandidateSet) -> Vec<f64> {
-    HccdmEvaluator { params }.evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
+    HccdmEvaluator { params, sight: None }.evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
 }
 
 /// Equations 16 to 18 as they stand, with every shortcut left out.
@@ -169,7 +169,7 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
         let crowd = random_people(&mut r, 30, 15.0);
         let candidates = random_candidates(&mut r, 1, 21, 0.2, 15.0);
         let params = random_params(&mut r);
-        let map = Hccdm::build(&crowd, &params, 21, 0.2);
+        let map = Hccdm::build(&crowd, &params, None, 21, 0.2);
         let x = &candidates.all_states().x;
         let y = &candidates.all_states().y;
         let sum = (0..21)
@@ -188,7 +188,7 @@ fn density(map: &Hccdm, params: &HccdmParams, t: f64, p: Point2) -> f64 {
 fn printed_density(covariance: Covariance, rows: &[[f64; 4]], weighting: Weighting, p: Point2) -> f64 {
     let params =
         HccdmParams { covariance, weighting, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
-    density(&Hccdm::build(&people(rows), &params, 1, 0.3), &params, 0.0, p)
+    density(&Hccdm::build(&people(rows), &params, None, 1, 0.3), &params, 0.0, p)
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn individuals_and_crowds_have_the_published_densities() {
 fn a_flat_component_holds_as_many_people_and_half_of_its_peak_is_left_where_it_is_steep() {
     let params = |kernel| HccdmParams { kernel, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
     let at = |kernel, x: f64, y: f64| {
-        let map = Hccdm::build(&people(&[[0.0; 4]]), &params(kernel), 1, 0.3);
+        let map = Hccdm::build(&people(&[[0.0; 4]]), &params(kernel), None, 1, 0.3);
         density(&map, &params(kernel), 0.0, Point2::new(x, y))
     };
     for kernel in [Kernel::Gaussian, Kernel::Flat] {
@@ -245,7 +245,7 @@ fn people_who_walk_apart_leave_free_what_was_between_them() {
     let together = [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]];
     let params = HccdmParams::default();
     let at_centre = |rows: &[[f64; 4]], t: f64| {
-        let map = Hccdm::build(&people(rows), &params, 13, 0.3);
+        let map = Hccdm::build(&people(rows), &params, None, 13, 0.3);
         density(&map, &params, t, Point2::new(map.components[0].velocity.x * t, 0.0))
     };
     assert_eq!(at_centre(&apart, 0.0), at_centre(&together, 0.0));
@@ -270,7 +270,7 @@ fn a_path_through_ten_people_costs_more_than_one_past_a_single_person() {
         let params = HccdmParams { weighting, ..HccdmParams::default() };
         let mut both = ring.clone();
         both.push([10.0, 30.0, 0.0, 0.0]);
-        let map = Hccdm::build(&people(&both), &params, 40, 0.3);
+        let map = Hccdm::build(&people(&both), &params, None, 40, 0.3);
         assert_eq!(map.components().iter().map(|c| c.members.len()).collect::<Vec<_>>(), [10, 1]);
         let through_crowd = map.cost(&x, &y);
         let past_one = map.cost(&x, &[30.0; 40]);
@@ -286,7 +286,7 @@ fn a_farther_pedestrian_never_costs_more() {
         let mut before = f64::INFINITY;
         for i in 0..4000 {
             let offset = 0.002 * f64::from(i);
-            let map = Hccdm::build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, 13, 0.3);
+            let map = Hccdm::build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, None, 13, 0.3);
             let x: Vec<f64> = (0..13).map(|k| 0.3 * f64::from(k)).collect();
             let cost = map.cost(&x, &[0.0; 13]);
             assert!(
@@ -319,8 +319,8 @@ fn moving_the_world_moves_nothing() {
                 [p.x, p.y, v.x, v.y]
             })
             .collect();
-        let here = Hccdm::build(&crowd, &params, 13, 0.3);
-        let there = Hccdm::build(&people(&rows), &params, 13, 0.3);
+        let here = Hccdm::build(&crowd, &params, None, 13, 0.3);
+        let there = Hccdm::build(&people(&rows), &params, None, 13, 0.3);
         for i in 0..5 {
             let range = candidates.range(i);
             let x = &candidates.all_states().x[range.clone()];
@@ -341,7 +341,7 @@ fn a_moving_person_is_met_where_they_will_be() {
     let x: Vec<f64> = (0..13).map(|k| time_of(k, 0.3)).collect();
     let cost = |vx: f64, motion| {
         let params = HccdmParams { motion, ..HccdmParams::default() };
-        Hccdm::build(&people(&[[3.0, 0.0, vx, 0.0]]), &params, 13, 0.3).cost(&x, &[0.0; 13])
+        Hccdm::build(&people(&[[3.0, 0.0, vx, 0.0]]), &params, None, 13, 0.3).cost(&x, &[0.0; 13])
     };
     assert!(cost(1.0, ComponentMotion::Moving) < 0.3 * cost(0.0, ComponentMotion::Moving));
     assert_eq!(cost(1.0, ComponentMotion::Frozen), cost(-1.0, ComponentMotion::Frozen));
@@ -364,7 +364,7 @@ fn people_known_with_errors_of_zero_cost_what_people_known_without_cost() {
 fn no_people_cost_nothing_and_a_spent_budget_gives_no_half_answer() {
     let candidates = random_candidates(&mut rng(1, 10), 4, 13, 0.3, 10.0);
     assert_eq!(evaluate(HccdmParams::default(), &People::default(), &candidates), [0.0; 4]);
-    let evaluator = HccdmEvaluator { params: HccdmParams::default() };
+    let evaluator = HccdmEvaluator { params: HccdmParams::default(), sight: None };
     assert_eq!(evaluator.evaluate(&scene(People::default()), &candidates, &|| true), Err(Stopped));
 }
 
@@ -383,7 +383,7 @@ fn in_a_dense_crowd_each_further_person_counts_less_and_without_saturation_as_mu
     let apart = HccdmParams { social_distance: 0.0, ..HccdmParams::default() };
     let cost = |count: usize, saturation: f64| {
         let rows: Vec<[f64; 4]> = (0..count).map(|k| [5.0 + 0.01 * k as f64, 5.0, 0.0, 0.0]).collect();
-        Hccdm::build(&people(&rows), &HccdmParams { saturation, ..apart }, 1, 0.3).cost(&[5.0], &[5.0])
+        Hccdm::build(&people(&rows), &HccdmParams { saturation, ..apart }, None, 1, 0.3).cost(&[5.0], &[5.0])
     };
     let [one, two, eight] = [1, 2, 8].map(|count| cost(count, 0.0));
     assert!((two / one - 2.0).abs() < 0.01 && (eight / one - 8.0).abs() < 0.1, "{one}, {two}, {eight}");

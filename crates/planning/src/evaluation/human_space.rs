@@ -7,6 +7,7 @@ use crate::evaluation::{Costs, Evaluator, each};
 use crate::geometry::Point2;
 use crate::numerics::{exp, hypot};
 use crate::scene::{People, Scene};
+use crate::sight::{Sight, View};
 
 crate::parameters! {
     /// Parameters of the terms `human-space` and `doppler`.
@@ -32,11 +33,14 @@ crate::parameters! {
     }
 }
 
-/// Term `human-space`: the greatest of all rooms at each state, summed over the states, without unit.
-#[derive(Debug, Clone, Copy)]
+/// Term `human-space`: the greatest of all rooms at each state, summed over the states, without unit. If walls hide
+/// people, the room of a group counts where any of it is in view.
+#[derive(Debug, Clone)]
 pub struct HumanSpaceEvaluator {
     /// How large the rooms are.
     pub params: HumanSpaceParams,
+    /// What hides people; nothing does if there is none.
+    pub sight: Option<Sight>,
 }
 
 /// A Gaussian of height one in the frame of motion.
@@ -107,30 +111,53 @@ impl Evaluator for HumanSpaceEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         let people = &scene.people;
         let params = &self.params;
-        let room = |members: Vec<usize>| match members[..] {
+        let sight = self.sight.as_ref();
+        let groups = crowd_clusters(people, params.social_distance, sight);
+        let room = |members: &Vec<usize>| match members[..] {
             [person] => Room::of_person(people, person, params),
-            _ => Room::of_group(people, &members, params),
+            _ => Room::of_group(people, members, params),
         };
-        let rooms: Vec<Room> = crowd_clusters(people, params.social_distance).into_iter().map(room).collect();
+        let rooms: Vec<Room> = groups.iter().map(room).collect();
         let states = candidates.all_states();
+        let dt = candidates.dt();
+        let mut view = sight.map(|sight| View::new(sight, scene, &groups, candidates.steps(), dt));
         each(candidates, should_stop, |i| {
-            let at = |(k, state): (usize, usize)| {
+            let mut sum = 0.0;
+            for (k, state) in candidates.range(i).enumerate() {
                 let p = states.position(state);
-                let t = (k + 1) as f64 * candidates.dt();
+                let t = (k + 1) as f64 * dt;
+                let mut view = view.as_mut().map(|view| (view.place_of(candidates, i, k), view));
                 // The greatest room is the nearest one.
-                exp(-0.5 * rooms.iter().map(|room| room.away(p, t)).fold(f64::INFINITY, f64::min))
-            };
-            candidates.range(i).enumerate().map(at).sum()
+                let away = nearest(&rooms, p, t, |group| {
+                    view.as_mut().is_none_or(|(place, view)| view.shows(*place, group))
+                });
+                sum += exp(-0.5 * away);
+            }
+            sum
         })
     }
 }
 
+/// How far away the nearest room in view is, as [`Room::away`] has it; infinite without one.
+fn nearest(rooms: &[Room], p: Point2, t: f64, mut is_in_view: impl FnMut(usize) -> bool) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for (group, room) in rooms.iter().enumerate() {
+        let away = room.away(p, t);
+        if away < nearest && is_in_view(group) {
+            nearest = away;
+        }
+    }
+    nearest
+}
+
 /// Term `doppler`: how robot and people come towards each other, as waves from one would sound to the other:
 /// `(c + v_r) / (c - v_h) exp(-d / reach)` summed over people and states, without unit.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct DopplerEvaluator {
     /// Its waves.
     pub params: HumanSpaceParams,
+    /// What hides people; nothing does if there is none.
+    pub sight: Option<Sight>,
 }
 
 /// Speeds count up to this one, m/s.
@@ -141,6 +168,10 @@ impl Evaluator for DopplerEvaluator {
         let people = &scene.people;
         let states = candidates.all_states();
         let HumanSpaceParams { wave_speed, wave_reach, .. } = self.params;
+        let each_alone: Vec<Vec<usize>> = (0..people.len()).map(|person| vec![person]).collect();
+        let steps = candidates.steps();
+        let mut view =
+            self.sight.as_ref().map(|sight| View::new(sight, scene, &each_alone, steps, candidates.dt()));
         each(candidates, should_stop, |i| {
             let mut sum = 0.0;
             for (k, state) in candidates.range(i).enumerate() {
@@ -149,7 +180,11 @@ impl Evaluator for DopplerEvaluator {
                 let (s, c) = crate::numerics::sin_cos(pose.heading);
                 let vx = states.v[state] * c;
                 let vy = states.v[state] * s;
+                let place = view.as_mut().map_or(0, |view| view.place_of(candidates, i, k));
                 for j in 0..people.len() {
+                    if view.as_mut().is_some_and(|view| !view.shows(place, j)) {
+                        continue;
+                    }
                     let person = people.position_after(j, t);
                     let dx = pose.x - person.x;
                     let dy = pose.y - person.y;
@@ -190,12 +225,12 @@ mod tests {
     }
 
     fn human_space(of: &[[f64; 4]], candidates: &CandidateSet) -> f64 {
-        let term = HumanSpaceEvaluator { params: HumanSpaceParams::default() };
+        let term = HumanSpaceEvaluator { params: HumanSpaceParams::default(), sight: None };
         term.evaluate(&scene(People::walking(0.25, of)), candidates, &|| false).unwrap()[0]
     }
 
     fn doppler(of: &[[f64; 4]], candidates: &CandidateSet) -> f64 {
-        let term = DopplerEvaluator { params: HumanSpaceParams::default() };
+        let term = DopplerEvaluator { params: HumanSpaceParams::default(), sight: None };
         term.evaluate(&scene(People::walking(0.25, of)), candidates, &|| false).unwrap()[0]
     }
 

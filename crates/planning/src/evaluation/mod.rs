@@ -45,7 +45,11 @@ fn temper(saturation: f64) -> f64 {
 }
 
 /// Calls `cost` with the index of each candidate. If it is told to stop, it gives no costs.
-pub fn each(candidates: &CandidateSet, should_stop: &dyn Fn() -> bool, cost: impl Fn(usize) -> f64) -> Costs {
+pub fn each(
+    candidates: &CandidateSet,
+    should_stop: &dyn Fn() -> bool,
+    mut cost: impl FnMut(usize) -> f64,
+) -> Costs {
     let mut costs = Vec::with_capacity(candidates.len());
     for i in 0..candidates.len() {
         if should_stop() {

@@ -21,6 +21,7 @@ use crate::evaluation::uncertainty::UncertaintyEvaluator;
 use crate::forecast::ForecastParams;
 use crate::parameters::{Field, FieldError, Ranged};
 use crate::profile::Profile;
+use crate::sight::{Sight, SightParams};
 use crate::states::Columns;
 
 enum InformationToGo {}
@@ -119,6 +120,7 @@ crate::parameters! {
         risk: RiskParams [table],
         forecast: ForecastParams [table],
         prediction: CpcTermParams [table],
+        sight: SightParams [table],
     }
 }
 
@@ -131,13 +133,39 @@ impl BuiltIn for CollisionRisk {
 
     fn params(profile: &Profile) -> Self::Params {
         let prediction = CpcTermParams::of(profile);
-        CollisionRiskTermParams { risk: profile.risk, forecast: profile.forecast, prediction }
+        CollisionRiskTermParams {
+            risk: profile.risk,
+            forecast: profile.forecast,
+            prediction,
+            sight: profile.sight,
+        }
     }
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
         let belief = params.risk.belief.then(|| params.prediction.prediction(task, fields)).transpose()?;
         let radius = task.robot.radius();
-        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast: params.forecast, belief }))
+        let sight = params.sight.of(task, fields)?;
+        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast: params.forecast, belief, sight }))
+    }
+}
+
+impl SightParams {
+    /// What hides people from the robot of `task`, if walls do.
+    fn of<F: DerivedFields>(&self, task: &Task, fields: &F) -> Result<Option<Sight>, F::Error> {
+        self.walls_hide.then(|| Ok(Sight::new(fields.map()?, task.robot.v_max))).transpose()
+    }
+}
+
+crate::parameters! {
+    struct HumanSpaceTermParams {
+        human_space: HumanSpaceParams [table],
+        sight: SightParams [table],
+    }
+}
+
+impl HumanSpaceTermParams {
+    fn of(profile: &Profile) -> Self {
+        Self { human_space: profile.human_space, sight: profile.sight }
     }
 }
 
@@ -147,14 +175,15 @@ impl BuiltIn for HumanSpace {
     const NAME: &'static str = "human-space";
     const LOCAL: bool = true;
     const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = HumanSpaceParams;
+    type Params = HumanSpaceTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
-        profile.human_space
+        HumanSpaceTermParams::of(profile)
     }
 
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(HumanSpaceEvaluator { params }))
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let sight = params.sight.of(task, fields)?;
+        Ok(Arc::new(HumanSpaceEvaluator { params: params.human_space, sight }))
     }
 }
 
@@ -163,14 +192,22 @@ enum Doppler {}
 impl BuiltIn for Doppler {
     const NAME: &'static str = "doppler";
     const LOCAL: bool = true;
-    type Params = HumanSpaceParams;
+    type Params = HumanSpaceTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
-        profile.human_space
+        HumanSpaceTermParams::of(profile)
     }
 
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(DopplerEvaluator { params }))
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let sight = params.sight.of(task, fields)?;
+        Ok(Arc::new(DopplerEvaluator { params: params.human_space, sight }))
+    }
+}
+
+crate::parameters! {
+    struct CncTermParams {
+        hccdm: HccdmParams [table],
+        sight: SightParams [table],
     }
 }
 
@@ -179,14 +216,15 @@ enum Cnc {}
 impl BuiltIn for Cnc {
     const NAME: &'static str = "cnc";
     const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = HccdmParams;
+    type Params = CncTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
-        profile.hccdm
+        CncTermParams { hccdm: profile.hccdm, sight: profile.sight }
     }
 
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(HccdmEvaluator { params }))
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let sight = params.sight.of(task, fields)?;
+        Ok(Arc::new(HccdmEvaluator { params: params.hccdm, sight }))
     }
 }
 
