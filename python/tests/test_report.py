@@ -74,6 +74,21 @@ def test_runs_that_gave_up_have_a_column_if_there_are_any(tmp_path: Path) -> Non
     assert sum(cell["runs"]["no_way"] for cell in summary["cells"]) == 1
 
 
+def test_people_in_view_have_a_table_if_any_run_tells_them_apart(tmp_path: Path) -> None:
+    folder = tmp_path / "rooms"
+    shutil.copytree(DATA / "rooms", folder)
+    journal = folder / "journal.jsonl"
+    told_apart = journal.read_text().replace('"nt":', '"td_in_view":0.0125,"md_in_view_m":3.21,"nt":')
+    journal.write_text(told_apart)
+    command = [sys.executable, "-m", "curionav.report", str(folder)]
+    subprocess.run(command, cwd=DATA, capture_output=True, timeout=300, check=False)
+    page = (folder / "report.html").read_text()
+    assert "<th>TD in view (%), mean</th><th>TD (%), mean</th>" in page
+    assert "<td>1.25</td>" in page and "<td>3.21</td>" in page
+    stored = json.loads((DATA / "rooms" / "summary.json").read_text())
+    assert json.loads((folder / "summary.json").read_text()) == near(stored), "nothing else changes"
+
+
 def compared(runs: list[dict[str, Any]], planners: list[str], places: dict[str, int]) -> Comparison:
     return bench(runs, planners, places).comparison
 

@@ -1,7 +1,8 @@
 //! The paper's nine measures of a run, the time until the error is small, collisions and the least gap; the standard
 //! social measures are in [`social`].
 //!
-//! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
+//! Distances to people are between centres (A28), except the gap. TD and MD are measured twice: of all people, as in the
+//! paper, and of those whom no wall hides from where the robot truly is. Every row stands for the time since the
 //! row before it; the first has none.
 
 pub mod social;
@@ -49,6 +50,10 @@ pub struct Measures {
     pub td: f64,
     /// Least distance to a person, metres; none when no person was ever there.
     pub md_m: Option<f64>,
+    /// The share of `td` among people whom no wall hides from the robot, 0 to 1.
+    pub td_in_view: f64,
+    /// Least distance to a person whom no wall hides from the robot, metres; none when there never was one.
+    pub md_in_view_m: Option<f64>,
     /// Times a person came nearer than the comfortable distance.
     pub nt: u32,
     /// Mean speed, m/s.
@@ -100,6 +105,8 @@ impl Measures {
         let time = rows.last().map_or(start, |row| row.truth.time) - start;
         let length = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
         let near = steps(rows).filter(|(_, b)| is_near(b)).map(|(a, b)| b.time - a.time);
+        let seen = steps(rows).filter(|(_, b)| b.seen_person_distance < COMFORT_DISTANCE);
+        let seen_near = seen.map(|(a, b)| b.time - a.time);
         let gaps = rows.iter().map(|row| row.truth.wall_clearance.min(row.truth.person_clearance));
         let (converged, losses) = convergence(rows);
         Self {
@@ -109,7 +116,9 @@ impl Measures {
             tce_s: since_lasting(rows, SMALL_FOR_S, |row| row.squared_error() < SMALL_ERROR * SMALL_ERROR)
                 .map(|since| since - start),
             td: share(total(near), time),
-            md_m: rows.iter().map(|row| row.truth.person_distance).reduce(f64::min).filter(|d| d.is_finite()),
+            md_m: least(rows.iter().map(|row| row.truth.person_distance)),
+            td_in_view: share(total(seen_near), time),
+            md_in_view_m: least(rows.iter().map(|row| row.truth.seen_person_distance)),
             // A person who is near from the first row on has not come near.
             nt: steps(rows).filter(|(a, b)| !is_near(a) && is_near(b)).count() as u32,
             vel_mps: share(length, time),
@@ -127,6 +136,11 @@ fn steps(rows: &[Row]) -> impl Iterator<Item = (&Truth, &Truth)> {
 
 fn is_near(truth: &Truth) -> bool {
     truth.person_distance < COMFORT_DISTANCE
+}
+
+/// The least distance; none if all are infinite.
+fn least(distances: impl Iterator<Item = f64>) -> Option<f64> {
+    distances.reduce(f64::min).filter(|d| d.is_finite())
 }
 
 /// The share of `time` that a part is; of a run that takes no time, none.

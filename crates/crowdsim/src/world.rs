@@ -10,6 +10,7 @@ use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
+use curionav_planning::sight::is_free;
 
 use crate::crowds::populated;
 use crate::legs::legs;
@@ -84,6 +85,8 @@ pub struct Truth {
     pub twist: Twist,
     /// Distance between the centres of the robot and the nearest person, metres; infinite without people.
     pub person_distance: f64,
+    /// Distance to the nearest person whom no wall hides from the robot, metres; infinite without one.
+    pub seen_person_distance: f64,
     /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
     pub person_clearance: f64,
     /// Gap between the robot's body and the nearest wall or thing, metres.
@@ -302,9 +305,15 @@ impl World {
     pub fn truth(&self) -> Truth {
         let pose = self.plant.pose;
         let twist = self.plant.twist;
-        let person_distance = (0..self.people.len())
-            .map(|i| self.people.position(i).distance(pose.position()))
-            .fold(f64::INFINITY, f64::min);
+        let mut person_distance = f64::INFINITY;
+        let mut seen_person_distance = f64::INFINITY;
+        for person in (0..self.people.len()).map(|i| self.people.position(i)) {
+            let distance = person.distance(pose.position());
+            person_distance = person_distance.min(distance);
+            if distance < seen_person_distance && is_free(self.around.walls(), pose.position(), person) {
+                seen_person_distance = distance;
+            }
+        }
         let touched = self.overlapping().filter(|i| !self.unavoidable.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
@@ -312,6 +321,7 @@ impl World {
             pose,
             twist,
             person_distance,
+            seen_person_distance,
             person_clearance: person_distance - self.contact_distance(),
             wall_clearance: self.around.distance(pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,

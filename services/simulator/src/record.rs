@@ -163,6 +163,8 @@ fn measures(m: &Measures) -> wire::Measures {
         tce_s: m.tce_s,
         td: m.td,
         md_m: m.md_m,
+        td_in_view: Some(m.td_in_view),
+        md_in_view_m: m.md_in_view_m,
         nt: m.nt,
         vel_mps: m.vel_mps,
         length_m: m.length_m,

@@ -33,6 +33,8 @@ struct EveryMeasure {
     tce_s: Option<f64>,
     td: f64,
     md_m: Option<f64>,
+    td_in_view: Option<f64>,
+    md_in_view_m: Option<f64>,
     nt: u32,
     vel_mps: f64,
     length_m: f64,
@@ -82,7 +84,8 @@ mod tests {
             text,
             concat!(
                 r#"{"scenario":"two-people","planner":"paper","seed":17,"outcome":"reached","#,
-                r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"tce_s":1.5,"td":0.02,"md_m":1.3,"nt":2,"vel_mps":0.76,"#,
+                r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"tce_s":1.5,"td":0.02,"md_m":1.3,"#,
+                r#""td_in_view":0.01,"md_in_view_m":1.4,"nt":2,"vel_mps":0.76,"#,
                 r#""length_m":19.1,"time_s":25.0,"collisions":0,"clearance_min_m":0.4},"#,
                 r#""cycles":{"count":83,"skipped":2,"late":1,"first_choice":70,"#,
                 r#""other_choice":{"least_cost_free":10,"none_free":3},"degraded":1,"degraded_by":{"cut_short":1,"#,

@@ -14,6 +14,7 @@ fn rows(count: usize, change: impl Fn(usize, &mut Truth)) -> Vec<Truth> {
                 pose: Pose2::new(0.5 * i as f64, 0.0, 0.0),
                 twist: Twist { v: 1.0, omega: 0.0 },
                 person_distance: f64::INFINITY,
+                seen_person_distance: f64::INFINITY,
                 person_clearance: f64::INFINITY,
                 wall_clearance: 2.0,
                 wall_impact: None,

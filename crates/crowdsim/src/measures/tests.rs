@@ -12,6 +12,7 @@ fn at(tick: u64, x: f64) -> Truth {
         pose: Pose2::new(x, 0.0, 0.0),
         twist: Twist { v: 1.0, omega: 0.0 },
         person_distance: f64::INFINITY,
+        seen_person_distance: f64::INFINITY,
         person_clearance: f64::INFINITY,
         wall_clearance: 3.0,
         wall_impact: None,
@@ -107,6 +108,21 @@ fn the_error_counts_as_small_once_it_has_been_for_two_seconds() {
     assert_eq!(errors(&[0.5, 0.2, 0.2, 0.2, 0.4, 0.29, 0.0, 0.0, 0.0, 0.0]), Some(2.5));
     assert_eq!(errors(&[0.5, 0.2, 0.2, 0.2, 0.4, 0.29, 0.0, 0.0, 0.0]), None);
     assert_eq!(errors(&[0.1; 5]), Some(0.0));
+}
+
+#[test]
+fn td_and_md_count_only_people_in_view_beside_the_count_of_all() {
+    // Of rows 2, 3 and 5 that are near somebody, only row 5 is near somebody in view.
+    let all = [3.0, 1.5, 1.4, 0.9, 1.6, 1.2, 2.0];
+    let seen = [f64::INFINITY, 1.5, 2.0, f64::INFINITY, 1.6, 1.2, 2.0];
+    let m = run(7, |tick, truth| {
+        truth.person_distance = all[tick as usize];
+        truth.seen_person_distance = seen[tick as usize];
+    });
+    assert_eq!((m.td, m.md_m), (1.5 / 3.0, Some(0.9)));
+    assert_eq!((m.td_in_view, m.md_in_view_m), (0.5 / 3.0, Some(1.2)));
+    let hidden = distances(&[1.0, 1.0]);
+    assert_eq!((hidden.td, hidden.td_in_view, hidden.md_in_view_m), (1.0, 0.0, None));
 }
 
 #[test]

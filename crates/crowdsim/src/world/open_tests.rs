@@ -203,3 +203,20 @@ fn what_makes_no_sense_is_refused_with_its_field() {
     let fault = World::new(&scenario(onto_it), floor(), Vec::new(), 1).unwrap_err();
     assert_eq!(fault.field, "robot.start");
 }
+
+#[test]
+fn a_person_behind_a_wall_is_the_nearest_but_in_view_only_where_the_wall_is_gone() {
+    let people = People::walking(0.25, &[[8.6, 3.0, 0.0, 0.0], [7.7, 1.0, 0.0, 0.0]]);
+    let mut world = world("");
+    drive(&mut world, 80);
+    world.replace_live_people(&people);
+    let truth = world.truth();
+    assert!((truth.pose.x - 7.7).abs() < 1e-6, "{:?}", truth.pose);
+    assert!((truth.person_distance - 0.9).abs() < 1e-6, "{truth:?}");
+    assert!((truth.seen_person_distance - 2.0).abs() < 1e-6, "{truth:?}");
+    let gap = "world = { openings = [{ corners = [[7.5, 2], [8.5, 2], [8.5, 4], [7.5, 4]] }] }";
+    let text = format!("{gap}\n{}", scenario("").to_toml().unwrap());
+    let mut open = World::new(&Scenario::from_toml(&text).unwrap(), floor(), Vec::new(), 1).unwrap();
+    open.replace_live_people(&people.pick([0]));
+    assert!((open.truth().seen_person_distance - 6.6).abs() < 1e-6, "{:?}", open.truth());
+}

@@ -1,4 +1,4 @@
-//! What a run is judged by: how it ended, the paper's nine measures and four more.
+//! What a run is judged by: how it ended, the paper's nine measures and six more.
 
 use super::row::Row;
 
@@ -12,6 +12,8 @@ pub(crate) enum Measure {
     Td,
     TdSeconds,
     Md,
+    TdInView,
+    MdInView,
     Nt,
     Vel,
     Length,
@@ -23,15 +25,15 @@ pub(crate) enum Measure {
 }
 
 use Measure::{
-    Clearance, Collisions, Detour, Frozen, Length, Md, Nm, Nt, Rmse, Success, Tce, Tcm, Td, TdSeconds, Time,
-    Vel,
+    Clearance, Collisions, Detour, Frozen, Length, Md, MdInView, Nm, Nt, Rmse, Success, Tce, Tcm, Td,
+    TdInView, TdSeconds, Time, Vel,
 };
 
 impl Measure {
     /// All; after the first in the order of the run's JSON.
-    pub(crate) const ALL: [Self; 16] = [
-        Success, Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Detour, Time, Frozen, Collisions,
-        Clearance,
+    pub(crate) const ALL: [Self; 18] = [
+        Success, Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, TdInView, MdInView, Nt, Vel, Length, Detour, Time,
+        Frozen, Collisions, Clearance,
     ];
 
     /// Its name in files.
@@ -45,6 +47,8 @@ impl Measure {
             Td => "td",
             TdSeconds => "td_s",
             Md => "md_m",
+            TdInView => "td_in_view",
+            MdInView => "md_in_view_m",
             Nt => "nt",
             Vel => "vel_mps",
             Length => "length_m",
@@ -69,6 +73,8 @@ impl Measure {
             Td => Some(m.td),
             TdSeconds => Some(m.td * m.time_s),
             Md => m.md_m,
+            TdInView => m.td_in_view,
+            MdInView => m.md_in_view_m,
             Nt => Some(f64::from(m.nt)),
             Vel => Some(m.vel_mps),
             Length => row.is_reached().then_some(m.length_m),

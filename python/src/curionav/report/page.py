@@ -19,6 +19,7 @@ from .density import Densities
 from .measures import (
     DETOUR,
     FROZEN,
+    IN_VIEW,
     MEASURES,
     NM,
     NOT_FIRST,
@@ -26,6 +27,7 @@ from .measures import (
     PAPER,
     RMSE,
     TCE,
+    TD_IN_VIEW,
     TD_SECONDS,
     TIME,
     Measure,
@@ -83,6 +85,7 @@ def render(bench: Bench, claims: Sequence[Judged]) -> str:
         measures=MEASURES,
         paper=PAPER,
         medians=MEDIANS,
+        in_view=IN_VIEW,
         meanings=MEANINGS,
         kinds=KINDS,
         significant=SIGNIFICANT,
@@ -198,6 +201,15 @@ class Page:
             values += [np.inf] * (self.tallies[planner]["runs"] - len(values))
         middle = median(values)
         return "never" if middle == np.inf else _shown(measure, middle)
+
+    @property
+    def tells_in_view(self) -> bool:
+        """Whether any run tells people apart whom no wall hides."""
+        return any(self.values(TD_IN_VIEW, p) for p in self.planners)
+
+    def mean_of(self, measure: Measure, planner: int) -> str:
+        """The mean over all runs that have a value."""
+        return _shown(measure, mean(self.values(measure, planner)))
 
     def choices(self, planner: int) -> tuple[str, str]:
         """How often the first choice was driven and, if every run tells, how often not and why; per cent of cycles."""

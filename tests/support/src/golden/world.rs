@@ -60,6 +60,8 @@ pub fn run_result() -> RunResult {
             tce_s: Some(1.5),
             td: 0.02,
             md_m: Some(1.3),
+            td_in_view: Some(0.01),
+            md_in_view_m: Some(1.4),
             nt: 2,
             vel_mps: 0.76,
             length_m: 19.1,
