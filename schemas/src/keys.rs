@@ -20,6 +20,22 @@ pub fn robot(robot: &str, stream: &str) -> Result<String, KeyError> {
     key("robot", [robot, stream])
 }
 
+/// Where a further sensor of a robot sends its scans: a second scanner, a depth camera, a ranger or a bumper.
+pub fn further_scan(name: &str, sensor: &str) -> Result<String, KeyError> {
+    check_id(sensor)?;
+    Ok(format!("{}/{sensor}", robot(name, "scan")?))
+}
+
+/// Where all further sensors of a robot send theirs.
+pub fn further_scans(name: &str) -> Result<String, KeyError> {
+    Ok(format!("{}/*", robot(name, "scan")?))
+}
+
+/// The sensor that the key of a further scan names; nothing if its last chunk is not a plain name.
+pub fn sensor(key: &str) -> Option<&str> {
+    last_name(key)
+}
+
 /// What a robot is commanded to do: each kind has a key of its own, whose last chunk says who commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Commanded {
@@ -107,7 +123,11 @@ fn names_of<'a, const N: usize>(key: &'a str, family: &str) -> Option<[&'a str; 
 
 /// The robot that a question's key names; nothing if its last chunk is not a plain name.
 pub fn asker(key: &str) -> Option<&str> {
-    key.rsplit_once('/').map(|(_, robot)| robot).filter(|robot| check_id(robot).is_ok())
+    last_name(key)
+}
+
+fn last_name(key: &str) -> Option<&str> {
+    key.rsplit_once('/').map(|(_, name)| name).filter(|name| check_id(name).is_ok())
 }
 
 /// Where a map can be asked for by its hash.
@@ -169,6 +189,8 @@ mod tests {
     #[test]
     fn keys_are_those_of_the_table() {
         assert_eq!(robot("r1", "scan").unwrap(), "curionav/@v1/robot/r1/scan");
+        assert_eq!(further_scan("r1", "camera").unwrap(), "curionav/@v1/robot/r1/scan/camera");
+        assert_eq!(further_scans("r1").unwrap(), "curionav/@v1/robot/r1/scan/*");
         assert_eq!(every_robot("report").unwrap(), "curionav/@v1/robot/*/report");
         assert_eq!(every_live_of("cpc").unwrap(), "curionav/@v1/live/cpc/*");
         let operator = "operator.ward3";
@@ -197,6 +219,7 @@ mod tests {
     fn a_name_cannot_leave_its_chunk() {
         for name in ["", "a/b", "*", "**", "@v1", "A", "a b", "ä", "$*", "a?b", "a#b", &"a".repeat(65)] {
             assert!(robot(name, "scan").is_err(), "{name:?}");
+            assert!(further_scan("r1", name).is_err(), "{name:?}");
             assert!(live("arbiter", name).is_err(), "{name:?}");
         }
         assert!(check_id(&"a".repeat(64)).is_ok());

@@ -13,6 +13,8 @@ pub const MAX_STEPS: usize = 256;
 pub const MAX_PEOPLE: usize = 1024;
 /// Beams in a scan: the densest common lidars send 2000 to 4000 a turn.
 pub const MAX_BEAMS: usize = 8192;
+/// Further sensors of a robot beside its scanner: cameras to all sides, a ring of bumpers, and some more.
+pub const MAX_SENSORS: usize = 8;
 /// Cells of a map in a scene on which something stands that is on no map: 200 m of outlines in cells of 0.05 m.
 pub const MAX_OBSTACLE_CELLS: usize = 4096;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.

@@ -14,6 +14,7 @@ pub mod environment;
 pub mod exit;
 pub mod fair_queue;
 pub mod fields;
+pub mod further_scans;
 pub mod guard_settings;
 pub mod heartbeat;
 mod incoming;

@@ -3,10 +3,11 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use curionav_schemas::{Message, Mission, MissionState, Prepared, Readiness, Reject, keys};
+use curionav_schemas::{Message, Mission, MissionState, Prepared, Readiness, Reject, Scan, keys};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
+use crate::further_scans::FurtherScans;
 use crate::locked::locked;
 use crate::metrics::Metrics;
 use crate::query::fetch;
@@ -77,6 +78,18 @@ impl RobotService {
     /// Subscribes to a stream; what is refused is counted.
     pub fn inbox<M: Message>(&self, stream: &str) -> anyhow::Result<Inbox<M>> {
         Ok(Inbox::counted(self.session_of(stream), &self.key(stream)?, &self.counts)?)
+    }
+
+    /// Follows the scans of the robot's further sensors; what is refused is counted.
+    pub fn further_scans(&self) -> anyhow::Result<FurtherScans> {
+        let key = keys::further_scans(&self.config.robot)?;
+        Ok(FurtherScans::new(self.session_of("scan"), &key, &self.counts)?)
+    }
+
+    /// A publisher of the scans of one further sensor.
+    pub fn further_scan(&self, sensor: &str) -> anyhow::Result<Topic<Scan>> {
+        let key = keys::further_scan(&self.config.robot, sensor)?;
+        Ok(Topic::new(self.session_of("scan"), &key, Flow::Sensor)?)
     }
 
     /// A publisher on a stream.

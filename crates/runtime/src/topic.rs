@@ -167,7 +167,7 @@ impl<M: Message> Inbox<M> {
     /// Subscribes to `key`; what is refused is added to `counts`.
     pub fn counted(session: &Session, key: &str, counts: &Arc<ServeCounts>) -> Result<Self, TopicError> {
         let (feeder, waiting) = ByteRing::new(INBOX, inbox_bytes(M::MAX_BYTES));
-        let refusing = Refusing { key: key.into(), counts: Arc::clone(counts), refused: Arc::default() };
+        let refusing = Refusing::new(key, counts);
         let admission = refusing.clone();
         let subscriber = session
             .declare_subscriber(key.to_owned())
@@ -232,14 +232,20 @@ fn inbox_bytes(message: usize) -> usize {
 
 /// Counts what is refused on one key, and says so, but the less often the more there is.
 #[derive(Clone)]
-struct Refusing {
+pub(crate) struct Refusing {
     key: Arc<str>,
     counts: Arc<ServeCounts>,
     refused: Arc<AtomicU64>,
 }
 
 impl Refusing {
-    fn refuse(&self, reject: &Reject) {
+    /// Nothing has been refused on `key`; what will be is added to `counts`.
+    pub(crate) fn new(key: &str, counts: &Arc<ServeCounts>) -> Self {
+        Self { key: key.into(), counts: Arc::clone(counts), refused: Arc::default() }
+    }
+
+    /// One more message is refused.
+    pub(crate) fn refuse(&self, reject: &Reject) {
         self.counts.refuse(reject);
         let refused = self.refused.fetch_add(1, Ordering::Relaxed) + 1;
         if refused.is_power_of_two() {

@@ -66,6 +66,10 @@ const STREAMS_OF_LISTED: &[&str] = &[
     "robot/{robots}/memory",
 ];
 
+/// What the base of a robot measures.
+const OF_SENSORS: &[&str] =
+    &["robot/{robot}/scan", "robot/{robot}/scan/*", "robot/{robot}/odom", "robot/{robot}/people"];
+
 /// What the base of a robot answers: which driver it obeys, wishes to drive, and pauses.
 const OF_BASES: &[&str] = &["robot/{robot}/lease", "robot/{robot}/lease/request/*", "robot/{robot}/pause/*"];
 
@@ -89,6 +93,7 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/odom",
                     "robot/{robot}/belief",
                     "robot/{robot}/scan",
+                    "robot/{robot}/scan/*",
                     "robot/{robot}/decision",
                 ],
             ),
@@ -153,6 +158,7 @@ pub const TABLE: &[Row] = &[
                 &[
                     "robot/{robot}/mission",
                     "robot/{robot}/scan",
+                    "robot/{robot}/scan/*",
                     "robot/{robot}/odom",
                     "robot/{robot}/belief",
                     "robot/{robot}/people",
@@ -179,7 +185,7 @@ pub const TABLE: &[Row] = &[
         &["robot"],
         "the program that reads a robot's sensors and drives its motors",
         &[
-            may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
+            may(Verb::Put, OF_SENSORS),
             may(Verb::Subscribe, &["robot/{robot}/cmd"]),
             may(Verb::Serve, OF_BASES),
             may(Verb::Serve, &["map/*"]),
@@ -190,7 +196,7 @@ pub const TABLE: &[Row] = &[
         &["robot", "instance"],
         "the gateway to a robot of ROS 2, which plays its base and sends it about",
         &[
-            may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
+            may(Verb::Put, OF_SENSORS),
             may(
                 Verb::Subscribe,
                 &[

@@ -1,21 +1,24 @@
 //! What the arbiter sees around the robot that is on no map.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::sin_cos;
-use curionav_planning::occupancy::Obstacles;
+use curionav_planning::occupancy::{Obstacles, StaticMap};
 use curionav_planning::scene as planning;
 use curionav_planning::sensor::LaserModel;
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
+use curionav_runtime::further_scans::FurtherScans;
 use curionav_runtime::lockstep::Latest;
+use curionav_schemas::limits::MAX_OBSTACLE_CELLS;
 use curionav_schemas::{Belief, Clock, Odometry, People, Scan};
 use curionav_tracking_people::{self as perception, Detector, Look, TrackerParams};
 
-/// Messages remembered in real time, to be paired with those of their tick.
-const KEPT: usize = 4;
+/// Odometry remembered in real time, to be paired with the scans of its tick: a camera's may be half a second old.
+const KEPT: usize = 8;
 /// A person explains what lies so near to its disc, metres: a stride, and the delay of a tracker. People may be told on
 /// the map, where the robot is only known as its belief is: three standard deviations of that come on top.
 const PERSON_ERROR: f64 = 0.35;
@@ -26,24 +29,26 @@ const LOOK_AGAIN: f64 = 6.0;
 /// Gathers scans, and says what stands where.
 pub(crate) struct ObstacleWatch {
     scans: Latest<Scan>,
+    further: FurtherScans,
     odometry: Latest<Odometry>,
     recent: Vec<Odometry>,
-    seen: perception::Obstacles,
+    seen: Seen,
     obstacles: Obstacles,
 }
 
 impl ObstacleWatch {
-    pub(crate) fn new(scans: Latest<Scan>, odometry: Latest<Odometry>) -> Self {
-        let seen = perception::Obstacles::new(perception::ObstacleParams::default());
-        Self { scans, odometry, recent: Vec::new(), seen, obstacles: Obstacles::default() }
+    pub(crate) fn new(scans: Latest<Scan>, further: FurtherScans, odometry: Latest<Odometry>) -> Self {
+        let seen = Seen::default();
+        Self { scans, further, odometry, recent: Vec::new(), seen, obstacles: Obstacles::default() }
     }
 
     /// Forgets everything: a run is over, or the base has started over.
     pub(crate) fn forget(&mut self) {
         self.scans.clear();
+        self.further.clear();
         self.odometry.clear();
         self.recent.clear();
-        self.seen.restart();
+        self.seen = Seen::default();
         self.obstacles = Obstacles::default();
     }
 
@@ -57,7 +62,7 @@ impl ObstacleWatch {
         &self.obstacles
     }
 
-    /// Takes in the scan of a belief's tick; in real time the newest one.
+    /// Takes in the scan of a belief's tick; in real time the newest one, and those of further sensors.
     pub(crate) async fn see(
         &mut self,
         belief: &Belief,
@@ -66,24 +71,109 @@ impl ObstacleWatch {
         clock: Clock,
     ) {
         let Some(scan) = self.scans.of_tick(belief.tick, clock).await.cloned() else { return };
-        self.recent.extend(self.odometry.of_tick(belief.tick, clock).await.cloned());
+        match clock {
+            Clock::Lockstep => self.recent.extend(self.odometry.of_tick(belief.tick, clock).await.cloned()),
+            Clock::Realtime => self.recent.extend(self.odometry.drain()),
+        }
         self.recent.drain(..self.recent.len().saturating_sub(KEPT));
-        let Some(odometry) = self.recent.iter().find(|odometry| odometry.tick == scan.tick) else { return };
-        let odometry = Pose2::new(odometry.x, odometry.y, odometry.heading);
-        let seen = convert::scan(&scan, context.mission.order.laser.range_sigma);
-        let Ok((ranges, laser)) = seen else { return };
+        let Some(odometry) = odometry_of(&self.recent, scan.tick) else { return };
         let belief = convert::belief(belief);
-        let people = people.map(|people| convert::people_at(people, &belief, scan.stamp));
+        let map_from_odometry = belief.pose.compose(odometry.relative(Pose2::default()));
         let map = &context.course.map;
+        let range_sigma = context.mission.order.laser.range_sigma;
+        let mut place = Place { belief, odometry, people: planning::People::default(), map, range_sigma };
+        place.people = people_at(people, &place.belief, scan.stamp);
+        if self.seen.by_scanner.take(&scan, &place).is_none() {
+            return;
+        }
+        for (sensor, scan) in self.further.newest() {
+            let Some(odometry) = odometry_of(&self.recent, scan.tick) else { continue };
+            place.odometry = odometry;
+            place.belief.pose = map_from_odometry.compose(odometry);
+            place.people = people_at(people, &place.belief, scan.stamp);
+            self.seen.take_further(sensor, scan, &place);
+        }
+        let occupied = self.seen.occupied().map(|p| map_from_odometry.transform(p));
+        self.obstacles = Obstacles::at(occupied, &map.grid);
+    }
+}
+
+fn odometry_of(recent: &[Odometry], tick: u64) -> Option<Pose2> {
+    let odometry = recent.iter().find(|odometry| odometry.tick == tick)?;
+    Some(Pose2::new(odometry.x, odometry.y, odometry.heading))
+}
+
+fn people_at(people: Option<&People>, belief: &planning::Belief, stamp: f64) -> planning::People {
+    people.map(|people| convert::people_at(people, belief, stamp)).unwrap_or_default()
+}
+
+/// Where a scan was taken, and what explains it.
+struct Place<'a> {
+    /// Where the robot is believed to have been.
+    belief: planning::Belief,
+    /// Where odometry had it.
+    odometry: Pose2,
+    people: planning::People,
+    map: &'a Arc<StaticMap>,
+    /// Standard deviation of a range, metres.
+    range_sigma: f64,
+}
+
+/// The evidence of each sensor. They are kept apart, because a laser looks through under the table that a camera sees.
+#[derive(Default)]
+struct Seen {
+    by_scanner: BySensor,
+    further: BTreeMap<String, BySensor>,
+}
+
+impl Seen {
+    fn take_further(&mut self, sensor: &str, scan: &Scan, place: &Place<'_>) {
+        if !self.further.contains_key(sensor) {
+            self.further.insert(sensor.to_owned(), BySensor::default());
+        }
+        if let Some(seen) = self.further.get_mut(sensor).filter(|seen| seen.stamp != scan.stamp) {
+            // What describes no scanner is no evidence.
+            let _ = seen.take(scan, place);
+        }
+    }
+
+    fn forget_unseen(&mut self, stamp: f64) {
+        let all = std::iter::once(&mut self.by_scanner).chain(self.further.values_mut());
+        all.for_each(|seen| seen.obstacles.forget_unseen(stamp));
+    }
+
+    /// Places of obstacles in the frame of odometry: the scanner's first, and no more than a scene holds.
+    fn occupied(&self) -> impl Iterator<Item = Point2> {
+        let all = std::iter::once(&self.by_scanner).chain(self.further.values());
+        all.flat_map(|seen| seen.obstacles.occupied()).take(MAX_OBSTACLE_CELLS)
+    }
+}
+
+/// The evidence of one sensor.
+struct BySensor {
+    /// Stamp of its newest scan.
+    stamp: f64,
+    obstacles: perception::Obstacles,
+}
+
+impl Default for BySensor {
+    fn default() -> Self {
+        let obstacles = perception::Obstacles::new(perception::ObstacleParams::default());
+        Self { stamp: f64::NEG_INFINITY, obstacles }
+    }
+}
+
+impl BySensor {
+    /// Takes in a scan; nothing if it describes no scanner.
+    fn take(&mut self, scan: &Scan, place: &Place<'_>) -> Option<()> {
+        let Place { belief, odometry, people, map, range_sigma } = place;
+        let (ranges, laser) = convert::scan(scan, *range_sigma).ok()?;
         let beams = beams(&ranges, &laser);
-        let mut explained = Detector::new(Arc::clone(map), TrackerParams::default()).explained(
-            &ranges,
-            &laser,
-            belief.pose,
-            &belief.covariance,
-        );
-        explain_people(&mut explained, &beams, &laser, &belief, &people.unwrap_or_default());
-        self.seen.see(&Look {
+        let detector = Detector::new(Arc::clone(map), TrackerParams::default());
+        let mut explained = detector.explained(&ranges, &laser, belief.pose, &belief.covariance);
+        explain_people(&mut explained, &beams, &laser, belief, people);
+        self.stamp = scan.stamp;
+        self.obstacles.see(&Look {
             stamp: scan.stamp,
             laser: odometry.compose(laser.robot_from_laser).into(),
             angle_min: laser.bearing(0),
@@ -91,9 +181,7 @@ impl ObstacleWatch {
             beams: &beams,
             explained: &explained,
         });
-        let map_from_odometry = belief.pose.compose(odometry.relative(Pose2::default()));
-        let occupied = self.seen.occupied().map(|p| map_from_odometry.transform(p));
-        self.obstacles = Obstacles::at(occupied, &map.grid);
+        Some(())
     }
 }
 
@@ -122,6 +210,8 @@ fn explain_people(
 #[cfg(test)]
 mod tests {
     use curionav_planning::geometry::Twist;
+    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_schemas::Pose;
     use nalgebra::{Matrix3, Vector3};
 
     use super::*;
@@ -141,5 +231,64 @@ mod tests {
         };
         assert_eq!(explained(0.02), [true, true, false]);
         assert_eq!(explained(0.5), [true, true, true]);
+    }
+
+    const BEAMS: usize = 180;
+    const RANGE_MAX: f64 = 5.0;
+
+    /// A look all around from the robot's middle.
+    fn all_around(stamp: f64, range: impl Fn(f64) -> f32) -> Scan {
+        let angle_increment = std::f64::consts::TAU / BEAMS as f64;
+        let angle_min = -std::f64::consts::PI;
+        let ranges = (0..BEAMS).map(|beam| range(angle_min + angle_increment * beam as f64));
+        Scan {
+            tick: 0,
+            stamp,
+            angle_min,
+            angle_increment,
+            range_min: None,
+            range_max: RANGE_MAX,
+            laser: Pose::default(),
+            ranges: ranges.collect(),
+        }
+    }
+
+    #[test]
+    fn a_box_that_the_camera_alone_sees_is_an_obstacle_until_the_camera_looks_through() {
+        let grid = OccupancyGrid::new(400, 400, 0.05, Pose2::default(), vec![0; 160_000]).unwrap();
+        let map = Arc::new(StaticMap::new(grid));
+        let covariance = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-5));
+        let place = Place {
+            belief: planning::Belief {
+                pose: Pose2::new(10.0, 10.0, 0.0),
+                covariance,
+                twist: Twist::default(),
+            },
+            odometry: Pose2::default(),
+            people: planning::People::default(),
+            map: &map,
+            range_sigma: 0.03,
+        };
+        let mut seen = Seen::default();
+        let look = |seen: &mut Seen, tick: i32, camera: &dyn Fn(f64) -> f32| {
+            let stamp = 0.1 * f64::from(tick);
+            // Ahead the laser sees over the box as far as it sees at all.
+            seen.by_scanner.take(&all_around(stamp, |_| RANGE_MAX as f32), &place).unwrap();
+            seen.take_further("camera", &all_around(stamp, camera), &place);
+            seen.occupied().collect::<Vec<Point2>>()
+        };
+        let of_box = |bearing: f64| if bearing.abs() < 0.15 { 2.0 } else { f32::NAN };
+        for tick in 0..3 {
+            assert!(look(&mut seen, tick, &of_box).is_empty());
+        }
+        let known = look(&mut seen, 3, &of_box);
+        assert!(known.len() >= 4 && known.iter().all(|p| (p.distance(Point2::default()) - 2.0).abs() < 0.1));
+        // Of where a camera sees nothing it says nothing.
+        let blank = |_: f64| f32::NAN;
+        assert_eq!(look(&mut seen, 4, &blank), known);
+        let behind = |bearing: f64| if bearing.abs() < 0.3 { 3.5 } else { f32::NAN };
+        let after: Vec<usize> = (5..10).map(|tick| look(&mut seen, tick, &behind).len()).collect();
+        let near = |p: &Point2| p.distance(Point2::default()) < 3.0;
+        assert!(!seen.occupied().any(|p| near(&p)), "{after:?}");
     }
 }

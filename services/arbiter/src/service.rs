@@ -73,6 +73,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             people: Latest::new(service.inbox("people")?),
             watch: ObstacleWatch::new(
                 Latest::new(service.inbox("scan")?),
+                service.further_scans()?,
                 Latest::new(service.inbox("odom")?),
             ),
             commands: Latest::new(service.inbox("cmd")?),

@@ -108,7 +108,9 @@ fn tracked(inputs: &Inputs<'_>, arrival: Arrival, guard: &mut Guard) -> Result<C
     let moving = arrival.twist;
     let wanted = track(&reference, decision_age, pose, moving, robot, period);
     let seen = inputs.seen.slowed(wanted, pose_of(odometry), now, stopping, period);
-    let situation = Situation { pose: pose_of(odometry), now, arrival, stopping, period };
+    let pose = pose_of(odometry);
+    let further_age_max = ages.scan;
+    let situation = Situation { pose, now, arrival, stopping, period, further_age_max };
     let limited = |twist| stopping.limit(moving, twist, period);
     Ok(match guard.judge(seen, &situation) {
         Verdict::Safe if seen == wanted => Command { twist: wanted, reason: CommandReason::Tracking },

@@ -9,6 +9,7 @@ use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
+use curionav_runtime::further_scans::FurtherScans;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_limits::Base;
@@ -24,7 +25,7 @@ use tokio::sync::watch;
 
 use crate::base_clock::{BaseClock, is_motion};
 use crate::command_counts::CommandCounts;
-use crate::control::{Inputs, braking, command, on_arrival};
+use crate::control::{Inputs, braking, command, on_arrival, pose_of};
 use crate::decision_fence::DecisionFence;
 use crate::guard::Guard;
 use crate::lease::{Keeper, Standing};
@@ -48,6 +49,8 @@ struct Driver {
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
     scans: Latest<Scan>,
+    /// Those of further sensors, which the guard alone looks at.
+    further: FurtherScans,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
     lookout: Lookout,
@@ -129,6 +132,7 @@ impl Driver {
             odometry: Latest::new(service.inbox("odom")?),
             beliefs: Latest::new(service.inbox("belief")?),
             scans: Latest::new(service.inbox("scan")?),
+            further: service.further_scans()?,
             decisions: Latest::new(service.inbox("decision")?),
             commands: service.topic("cmd", Flow::Control)?,
             service,
@@ -274,6 +278,7 @@ impl Driver {
             return self.publish(&mission, &odometry, braking(moving, &stopping, period), reason);
         }
         self.give_up(&mission);
+        self.see_further();
         let fence = self.fence.borrow();
         let decision = fence.in_force();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
@@ -313,6 +318,15 @@ impl Driver {
         self.service.counts.record(arrived.elapsed());
     }
 
+    /// Shows the guard what further sensors have seen.
+    fn see_further(&mut self) {
+        for (sensor, scan) in self.further.newest() {
+            if let Some(at_scan) = self.odometry_of.get(&scan.tick) {
+                self.guard.see_further(sensor, scan, pose_of(at_scan));
+            }
+        }
+    }
+
     /// A new run, or a new revision of this one. Nothing of a new run in lockstep can be on its way before all roles
     /// are ready, so all there is belongs to the one before; of a new revision nothing has to be forgotten. In real
     /// time a base goes on measuring, whatever the mission, and is told what to do each time.
@@ -336,6 +350,7 @@ impl Driver {
     fn forget(&mut self) {
         self.beliefs.clear();
         self.scans.clear();
+        self.further.clear();
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();

@@ -4,6 +4,7 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::step;
 
 use super::approach::Movers;
+use super::sweep::Sweep;
 
 /// A step of the way is no longer than this, metres. A disc of 0.35 m then cuts no corner by more than 4 mm.
 const STEP_LENGTH: f64 = 0.1;
@@ -66,13 +67,13 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    /// Takes the points that the robot can reach with `way` metres.
-    pub(super) fn gather(&mut self, x: &[f64], y: &[f64], robot: &Approaching, way: f64) {
+    /// Takes the points that were seen and that the robot can reach with `way` metres.
+    pub(super) fn gather(&mut self, seen: &[&Sweep], robot: &Approaching, way: f64) {
         self.x.clear();
         self.y.clear();
         self.nearest.clear();
         let farthest = (robot.radius + MARGIN + way) * (robot.radius + MARGIN + way);
-        for (x, y) in x.iter().zip(y) {
+        for (x, y) in seen.iter().flat_map(|sweep| sweep.smooth_x.iter().zip(&sweep.smooth_y)) {
             let dx = x - robot.pose.x;
             let dy = y - robot.pose.y;
             let squared = dx * dx + dy * dy;

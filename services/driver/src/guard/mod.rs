@@ -9,7 +9,7 @@ mod braking;
 mod sweep;
 mod zones;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use curionav_planning::geometry::{Direction, Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
@@ -65,6 +65,8 @@ pub struct Situation<'a> {
     pub stopping: &'a RobotModel,
     /// Seconds until the next command.
     pub period: f64,
+    /// For so long a scan of a further sensor counts, seconds.
+    pub further_age_max: f64,
 }
 
 /// What becomes of a command.
@@ -78,6 +80,13 @@ pub enum Verdict {
     Brakes(Twist),
 }
 
+/// The newest scan of a further sensor.
+#[derive(Debug, Default)]
+struct Further {
+    bearings: Bearings,
+    now: Sweep,
+}
+
 /// The guard of one robot, with what it remembers of earlier scans.
 #[derive(Debug)]
 pub struct Guard {
@@ -87,6 +96,8 @@ pub struct Guard {
     now: Sweep,
     /// The newest first.
     earlier: VecDeque<Sweep>,
+    /// What further sensors have seen last, by their names.
+    further: BTreeMap<String, Further>,
     approach: Approach,
     movers: Movers,
     standing: Standing,
@@ -101,6 +112,7 @@ impl Guard {
             bearings: Bearings::default(),
             now: Sweep::default(),
             earlier: VecDeque::with_capacity(KEPT + 1),
+            further: BTreeMap::new(),
             approach: Approach::default(),
             movers: Movers::default(),
             standing: Standing::default(),
@@ -110,6 +122,7 @@ impl Guard {
     /// Forgets all scans: they are of a clock that is over.
     pub fn forget(&mut self) {
         self.earlier.clear();
+        self.further.clear();
         self.now.stamp = f64::NEG_INFINITY;
     }
 
@@ -128,6 +141,19 @@ impl Guard {
         self.approach.find(&self.now, earlier, pose.position(), &self.settings, &mut self.movers);
     }
 
+    /// Takes in a scan of a further sensor of a robot that was at `pose` of the odometry. What it shows counts as
+    /// standing: a camera sees things appear because it nods, and a ranger sees an arc and no surface.
+    pub fn see_further(&mut self, sensor: &str, scan: &Scan, pose: Pose2) {
+        if !self.further.contains_key(sensor) {
+            self.further.insert(sensor.to_owned(), Further::default());
+        }
+        if let Some(Further { bearings, now }) = self.further.get_mut(sensor)
+            && now.stamp != scan.stamp
+        {
+            now.take(scan, pose, bearings);
+        }
+    }
+
     /// Puts the scan that has been the newest among the earlier ones, unless there is one of nearly the same time.
     fn keep(&mut self) {
         let spare = match self.earlier.front() {
@@ -141,7 +167,10 @@ impl Guard {
 
     /// Judges a command.
     pub fn judge(&mut self, told: Twist, situation: &Situation<'_>) -> Verdict {
-        let zone = zones::limit(&self.zones, &self.now, situation.pose);
+        let further = self.further.values().map(|further| &further.now);
+        let fresh = further.filter(|it| (situation.now - it.stamp).abs() <= situation.further_age_max);
+        let seen: Vec<&Sweep> = std::iter::once(&self.now).chain(fresh).collect();
+        let zone = zones::limit(&self.zones, &seen, situation.pose);
         if zone == Some(0.0) {
             return Verdict::Brakes(Twist::default());
         }
@@ -149,7 +178,7 @@ impl Guard {
             return Verdict::Safe;
         }
         let robot = self.approaching(situation);
-        self.standing.gather(&self.now.smooth_x, &self.now.smooth_y, &robot, robot.way(told.v));
+        self.standing.gather(&seen, &robot, robot.way(told.v));
         let cap = zone.unwrap_or(f64::INFINITY).min(self.speed_near_movers(&robot));
         let wanted = told.v.min(cap);
         let brakes = situation.stopping.a_max * situation.period;

@@ -119,8 +119,14 @@ impl Loop {
         let on_its_way = self.told.on_its_way(self.tick, latency, TICK);
         let arrival = on_arrival(&odometry, &on_its_way, &self.model);
         let told = self.model.limit(arrival.twist, wanted, TICK);
-        let situation =
-            Situation { pose: self.pose, now: self.now(), arrival, stopping: &self.model, period: TICK };
+        let situation = Situation {
+            pose: self.pose,
+            now: self.now(),
+            arrival,
+            stopping: &self.model,
+            period: TICK,
+            further_age_max: 0.5,
+        };
         let verdict = self.guard.judge(told, &situation);
         let command = match verdict {
             Verdict::Safe => told,
@@ -270,4 +276,64 @@ fn a_zone_slows_or_stops_whichever_way_the_robot_goes() {
     assert!(matches!(slow, Verdict::Brakes(twist) if twist.v == 0.2), "{slow:?}");
     let noise = Zone { points: 100, ..zone(ZoneKind::Stop, None) };
     assert_eq!(verdict(noise, straight(0.4)), Verdict::Safe);
+}
+
+/// A scan of a camera that says nothing of where it sees nothing.
+fn of_camera(stamp: f64, robot: Pose2, thing: Thing) -> Scan {
+    let mut seen = scan(stamp, robot, &[thing], 181, None);
+    seen.ranges.0.iter_mut().filter(|range| **range >= RANGE_MAX as f32).for_each(|range| *range = f32::NAN);
+    seen
+}
+
+#[test]
+fn a_table_top_that_the_laser_does_not_see_is_not_touched() {
+    let table = Thing::Body { at: Point2::new(3.0, 0.1), radius: 0.3 };
+    let least = |has_camera: bool| {
+        let mut drive = Loop::new(model(1.0, 0.5), 1);
+        let mut least = f64::INFINITY;
+        for _ in 0..80 {
+            if has_camera {
+                let seen = of_camera(drive.now(), drive.pose, table);
+                drive.guard.see_further("camera", &seen, drive.pose);
+            }
+            drive.tick(straight(1.0), &[]);
+            least = least.min(table.room(drive.pose, drive.model.radius()));
+        }
+        least
+    };
+    assert!(least(false) < 0.0, "the laser alone drives into it");
+    assert!((0.0..0.2).contains(&least(true)), "{} m of room", least(true));
+}
+
+#[test]
+fn what_a_further_sensor_saw_counts_for_as_long_as_a_scan_may_be_old() {
+    let near = Thing::Body { at: Point2::new(0.8, 0.0), radius: 0.3 };
+    let verdict = |age: f64| {
+        let mut drive = Loop::new(model(1.0, 0.5), 0);
+        drive.guard.see_further("camera", &of_camera(-age, Pose2::default(), near), Pose2::default());
+        drive.tick(straight(0.5), &[])
+    };
+    assert!(matches!(verdict(0.0), Verdict::Brakes(_)) && matches!(verdict(0.45), Verdict::Brakes(_)));
+    assert_eq!(verdict(0.55), Verdict::Safe);
+}
+
+#[test]
+fn a_pressed_bumper_stops_the_robot_until_it_has_turned_away() {
+    let verdict = |bearing: f64, wanted: Twist| {
+        let mut drive = Loop::new(model(1.0, 0.5), 0);
+        let radius = drive.model.radius();
+        let bumper = Scan {
+            angle_min: bearing - 0.5,
+            angle_increment: 0.05,
+            ranges: vec![radius as f32; 21].into(),
+            ..scan(0.0, Pose2::default(), &[], 2, None)
+        };
+        drive.twist = straight(0.3);
+        drive.guard.see_further("bumper", &bumper, Pose2::default());
+        drive.tick(wanted, &[])
+    };
+    assert_eq!(verdict(0.0, straight(0.3)), Verdict::Brakes(Twist::default()));
+    assert_eq!(verdict(PI, straight(0.3)), Verdict::Safe, "what touches it behind is left");
+    let turning = Twist { v: 0.0, omega: 0.5 };
+    assert_eq!(verdict(0.0, turning), Verdict::Safe);
 }

@@ -6,17 +6,17 @@ use curionav_runtime::guard_settings::Zone;
 use super::sweep::Sweep;
 
 /// The greatest speed that the zones allow to a robot at `pose` of the odometry, m/s: 0 if one stops it, none if
-/// nothing is in any.
-pub(super) fn limit(zones: &[Zone], sweep: &Sweep, pose: Pose2) -> Option<f64> {
-    let occupied = zones.iter().filter(|zone| is_occupied(zone, sweep, pose));
+/// nothing that was seen is in any.
+pub(super) fn limit(zones: &[Zone], seen: &[&Sweep], pose: Pose2) -> Option<f64> {
+    let occupied = zones.iter().filter(|zone| is_occupied(zone, seen, pose));
     occupied.map(|zone| zone.speed.unwrap_or(0.0)).min_by(f64::total_cmp)
 }
 
-fn is_occupied(zone: &Zone, sweep: &Sweep, pose: Pose2) -> bool {
+fn is_occupied(zone: &Zone, seen: &[&Sweep], pose: Pose2) -> bool {
     let reach = zone.reach() * zone.reach();
     let direction = Direction::of(pose.heading);
     let mut inside = 0;
-    for (x, y) in sweep.x.iter().zip(&sweep.y) {
+    for (x, y) in seen.iter().flat_map(|sweep| sweep.x.iter().zip(&sweep.y)) {
         let at = Point2::new(*x, *y);
         // A beam that has met nothing has no place, and none is nearer than another.
         if at.distance_squared(pose.position()) <= reach {
