@@ -5,6 +5,10 @@
 pub const TEXT: usize = 1024;
 /// Beams of a scan: the densest common lidars send 2000 to 4000 a turn.
 pub const BEAMS: usize = 8192;
+/// Bytes of all points of a cloud: half a million of 32 bytes, more than a camera of 800 x 600 sends.
+pub const CLOUD_BYTES: usize = 16 << 20;
+/// Fields of a point: lidars have a dozen.
+pub const FIELDS: usize = 64;
 /// Cells of a map: 200 m x 200 m at 0.05 m.
 pub const CELLS: usize = 16_000_000;
 /// Poses of a path: 400 m at 0.1 m.

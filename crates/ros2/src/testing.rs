@@ -8,10 +8,11 @@ use crate::cdr::CdrError;
 use crate::interface::Interface;
 use crate::message::Message;
 use crate::messages::{
-    CancelGoalRequest, CancelGoalResponse, Clock, DiagnosticArray, GetResultRequest, GetResultResponse,
+    Bool, CancelGoalRequest, CancelGoalResponse, Clock, DiagnosticArray, GetResultRequest, GetResultResponse,
     GetResultResponseHumble, GoalStatusArray, LaserScan, MarkerArray, NavigationFeedback,
-    NavigationFeedbackLyrical, OccupancyGrid, Odometry, Path, People, PoseStamped, PoseWithCovarianceStamped,
-    SendGoalRequest, SendGoalResponse, TfMessage, TriggerRequest, TriggerResponse, Twist, TwistStamped,
+    NavigationFeedbackLyrical, OccupancyGrid, Odometry, Path, People, PointCloud2, PoseStamped,
+    PoseWithCovarianceStamped, Range, RangeHumble, SendGoalRequest, SendGoalResponse, TfMessage,
+    TriggerRequest, TriggerResponse, Twist, TwistStamped,
 };
 
 /// Where random values come from: the same numbers on every machine.
@@ -129,6 +130,10 @@ const fn entry<M: Message + Random + Serialize>(name: &'static str) -> Type {
 /// Every type that is sent by itself.
 pub const TYPES: &[Type] = &[
     entry::<LaserScan>(LaserScan::NAME),
+    entry::<PointCloud2>(PointCloud2::NAME),
+    entry::<Range>(Range::NAME),
+    entry::<RangeHumble>("sensor_msgs/msg/Range:humble"),
+    entry::<Bool>(Bool::NAME),
     entry::<Odometry>(Odometry::NAME),
     entry::<OccupancyGrid>(OccupancyGrid::NAME),
     entry::<Path>(Path::NAME),

@@ -11,8 +11,11 @@ use curionav_ros2::dialect::{Dialect, RmwZenoh, Ros2Dds};
 use curionav_ros2::interface::Distribution;
 use curionav_runtime::endpoint::{Purpose, check_endpoint};
 use curionav_runtime::robot_limits::RobotLimits;
+use curionav_schemas::limits::MAX_SENSORS;
 use curionav_tracking_people::TrackerParams;
 use serde::{Deserialize, Serialize};
+
+use crate::sensor_config::SensorConfig;
 
 /// How ROS 2 is on Zenoh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -175,6 +178,8 @@ curionav_planning::parameters! {
         pub frames: Frames [table] = Frames::default(),
         /// When the robot is stopped for want of news.
         pub silence: Silence [table] = Silence::default(),
+        /// What sees besides the scanner.
+        pub sensors: Vec<SensorConfig> [table; 0.0, MAX_SENSORS as f64, "services keep no more"] = Vec::new(),
         /// What every mission has in common.
         pub mission: MissionDefaults [table] = MissionDefaults::default(),
     } check Self::names_are_of_ros
@@ -227,13 +232,20 @@ impl Ros2Config {
         let namespace = self.namespace.trim_matches('/');
         let whole = [("namespace".to_owned(), namespace), ("node".to_owned(), self.node.as_str())];
         let whole = whole.into_iter().filter(|(_, name)| !name.is_empty());
-        for (field, name) in
-            topics.into_iter().map(|(field, name)| (format!("topics.{field}"), name)).chain(whole)
-        {
+        let sensors = self.sensors.iter().enumerate();
+        let sensors = sensors.map(|(at, sensor)| (format!("sensors[{at}].topic"), sensor.topic.as_str()));
+        let topics = topics.into_iter().map(|(field, name)| (format!("topics.{field}"), name));
+        for (field, name) in topics.chain(whole).chain(sensors) {
             let name = name.strip_prefix('/').unwrap_or(name);
             if !name.split('/').all(is_name) {
                 let problem = format!("is `{name}`");
                 return Err(FieldError::new(field, problem, "use letters, digits, `_` and `/` only"));
+            }
+        }
+        for (at, sensor) in self.sensors.iter().enumerate() {
+            if self.sensors[..at].iter().any(|before| before.name == sensor.name) {
+                let problem = format!("is `{}`, as of another sensor", sensor.name);
+                return Err(FieldError::new(format!("sensors[{at}].name"), problem, "give each its own"));
             }
         }
         Ok(())
@@ -364,14 +376,20 @@ mod tests {
         // Every field stands in it, also one that has no default and is commented out.
         let fields =
             |of: &[curionav_planning::parameters::Field]| of.iter().map(|f| f.name).collect::<Vec<_>>();
-        for field in
-            [Ros2Config::FIELDS, Topics::FIELDS, Frames::FIELDS, Silence::FIELDS, MissionDefaults::FIELDS]
-                .map(fields)
-                .concat()
+        for field in [
+            Ros2Config::FIELDS,
+            Topics::FIELDS,
+            Frames::FIELDS,
+            Silence::FIELDS,
+            SensorConfig::FIELDS,
+            MissionDefaults::FIELDS,
+        ]
+        .map(fields)
+        .concat()
         {
             let stands = |line: &str| {
-                let line = line.trim_start_matches("# ");
-                line.starts_with(&format!("{field} = ")) || line.ends_with(&format!(".{field}]"))
+                let line = line.trim_start_matches("# ").trim_end_matches(']');
+                line.starts_with(&format!("{field} = ")) || line.ends_with(&format!(".{field}"))
             };
             assert!(text.lines().any(stands), "{field}");
         }
@@ -387,6 +405,19 @@ mod tests {
             ("[ros2]\nnamespace = \"/r 1\"", "ros2.namespace: is `r 1`"),
             ("[ros2]\ndistribution = \"rolling\"", "rolling"),
             ("[ros2.silence]\nscan = 0.5", "ros2.silence.scan: is 0.5"),
+            (
+                "[[ros2.sensors]]\nname = \"a\"\nkind = \"range\"\ntopic = \"a*\"",
+                "ros2.sensors[0].topic: is `a*`",
+            ),
+            (
+                "[[ros2.sensors]]\nname = \"a\"\nkind = \"range\"\ntopic = \"a\"\n\
+                 [[ros2.sensors]]\nname = \"a\"\nkind = \"range\"\ntopic = \"b\"",
+                "ros2.sensors[1].name: is `a`",
+            ),
+            (
+                "[[ros2.sensors]]\nname = \"a\"\nkind = \"cloud\"\ntopic = \"a\"",
+                "ros2.sensors[0].height: is missing",
+            ),
             ("[ros2.mission]\ninitial_pose = [1.0]", "ros2.mission.initial_pose: has 1 entries"),
             ("robot = \"r1\"", "ros2: is missing; give a table [ros2]"),
         ] {

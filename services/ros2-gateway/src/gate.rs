@@ -19,6 +19,7 @@ use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
 use crate::node::{Node, Outlet};
 use crate::ramp::{Ramp, held_back};
+use crate::sensor_config::SensorConfig;
 
 /// Between two looks, and between two zeros.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -35,13 +36,28 @@ pub(crate) enum Source {
     Odom,
     /// A scan.
     Scan,
+    /// A further sensor that is required, by its place in the configuration.
+    Further(usize),
+}
+
+/// Something that has to be heard of.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    source: Source,
+    silence: Duration,
+    heard: Option<Instant>,
+}
+
+impl Watched {
+    fn is_silent(&self, now: Instant) -> bool {
+        self.heard.is_none_or(|heard| now.saturating_duration_since(heard) > self.silence)
+    }
 }
 
 /// Decides what the base is told: pure, with the time as an argument.
 #[derive(Debug, Clone)]
 pub(crate) struct Watch {
-    silence: [Duration; 3],
-    heard: [Option<Instant>; 3],
+    watched: Vec<Watched>,
     /// Whether a mission is under way.
     engaged: bool,
     /// The velocity that was sent last.
@@ -59,14 +75,22 @@ struct Braking {
 
 impl Watch {
     /// Nothing has been heard, and no mission is under way.
-    pub(crate) fn new(silence: &Silence) -> Self {
-        let silence = [silence.command, silence.odom, silence.scan].map(Duration::from_secs_f64);
-        Self { silence, heard: [None; 3], engaged: false, sent: Twist::default(), braking: None }
+    pub(crate) fn new(silence: &Silence, sensors: &[SensorConfig]) -> Self {
+        let Silence { command, odom, scan } = *silence;
+        let own = [(Source::Command, command), (Source::Odom, odom), (Source::Scan, scan)];
+        let own = own.map(|(source, seconds)| (source, Duration::from_secs_f64(seconds)));
+        let required = sensors.iter().enumerate().filter(|(_, sensor)| sensor.required);
+        let further = required.filter_map(|(at, sensor)| Some((Source::Further(at), sensor.silence()?)));
+        let watched = own.into_iter().chain(further);
+        let watched = watched.map(|(source, silence)| Watched { source, silence, heard: None }).collect();
+        Self { watched, engaged: false, sent: Twist::default(), braking: None }
     }
 
-    /// Something has been heard.
+    /// Something has been heard. Of a sensor that is not required nothing depends on it.
     pub(crate) fn heard(&mut self, source: Source, now: Instant) {
-        self.heard[source as usize] = Some(now);
+        if let Some(watched) = self.watched.iter_mut().find(|watched| watched.source == source) {
+            watched.heard = Some(now);
+        }
     }
 
     /// A mission has begun or ended.
@@ -78,14 +102,16 @@ impl Watch {
         self.engaged = engaged;
     }
 
-    fn is_silent(&self, source: Source, now: Instant) -> bool {
-        let at = source as usize;
-        self.heard[at].is_none_or(|heard| now.saturating_duration_since(heard) > self.silence[at])
-    }
-
     /// What is silent.
     pub(crate) fn silent(&self, now: Instant) -> Option<Source> {
-        [Source::Command, Source::Odom, Source::Scan].into_iter().find(|source| self.is_silent(*source, now))
+        self.watched.iter().find(|watched| watched.is_silent(now)).map(|watched| watched.source)
+    }
+
+    /// What of the robot has been heard and is silent now.
+    fn ended(&self, now: Instant) -> Option<Source> {
+        let of_robot = self.watched.iter().filter(|watched| watched.source != Source::Command);
+        let mut ended = of_robot.filter(|watched| watched.heard.is_some() && watched.is_silent(now));
+        ended.next().map(|watched| watched.source)
     }
 
     /// Whether a command is passed on.
@@ -176,7 +202,7 @@ impl Gate {
         } else {
             Velocity::Plain(node.outlet(topic, Qos::DEFAULT)?)
         };
-        let watch = Watch::new(&config.silence);
+        let watch = Watch::new(&config.silence, &config.sensors);
         let state = Arc::new(Mutex::new(State { watch, ended: false, velocity, clock: None }));
         let base = config.frames.base.clone();
         let watched = Arc::clone(&state);
@@ -228,12 +254,7 @@ impl Gate {
         let now = Instant::now();
         let state = locked(&self.state);
         let watch = &state.watch;
-        if watch.engaged {
-            return watch.silent(now);
-        }
-        let has_ended =
-            |source: &Source| watch.heard[*source as usize].is_some() && watch.is_silent(*source, now);
-        [Source::Odom, Source::Scan].into_iter().find(has_ended)
+        if watch.engaged { watch.silent(now) } else { watch.ended(now) }
     }
 
     /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the
@@ -289,7 +310,7 @@ mod tests {
     #[test]
     fn a_robot_is_stopped_within_half_a_second_whatever_is_silent() {
         for silent in [Source::Command, Source::Odom, Source::Scan] {
-            let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+            let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
             watch.engage(true, start, &limits());
             assert!(watch.due(start).is_some(), "before anything is heard");
             for source in [Source::Command, Source::Odom, Source::Scan] {
@@ -306,8 +327,30 @@ mod tests {
     }
 
     #[test]
+    fn a_sensor_that_is_required_stops_the_robot_by_its_silence_and_no_other_does() {
+        let sensor = |required: bool| -> SensorConfig {
+            let text = format!("name = \"s\"\nkind = \"range\"\ntopic = \"s\"\nrequired = {required}");
+            toml::from_str(&text).unwrap()
+        };
+        let (mut watch, start) =
+            (Watch::new(&Silence::default(), &[sensor(false), sensor(true)]), Instant::now());
+        watch.engage(true, start, &limits());
+        for source in [Source::Command, Source::Odom, Source::Scan, Source::Further(0)] {
+            watch.heard(source, start);
+        }
+        assert_eq!(watch.silent(start), Some(Source::Further(1)));
+        watch.heard(Source::Further(1), start);
+        assert!(watch.passes(start));
+        for source in [Source::Command, Source::Odom, Source::Scan] {
+            watch.heard(source, start + ms(450));
+        }
+        assert_eq!(watch.silent(start + ms(450)), Some(Source::Further(1)));
+        assert_eq!(watch.due(start + ms(450)), Some(Twist::default()));
+    }
+
+    #[test]
     fn after_a_mission_there_are_zeros_for_a_second_and_then_others_may_drive() {
-        let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+        let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
         assert!(watch.due(start).is_none() && !watch.passes(start));
         watch.engage(true, start, &limits());
         watch.engage(false, start, &limits());
@@ -321,7 +364,7 @@ mod tests {
 
     #[test]
     fn at_the_end_of_a_mission_the_velocity_goes_down_as_fast_as_the_base_brakes() {
-        let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+        let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
         watch.engage(true, start, &limits());
         watch.sent = Twist { v: 0.4, omega: 0.0 };
         watch.engage(false, start, &limits());

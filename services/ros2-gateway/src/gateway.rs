@@ -19,7 +19,7 @@ use crate::diagnosis;
 use crate::driver_client::{Answer, DriverClient};
 use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
-use crate::gate::{Gate, Source};
+use crate::gate::Gate;
 use crate::goals::Status;
 use crate::graph::{Graph, Used};
 use crate::journey::{Effect, Id, Journey, id};
@@ -460,13 +460,9 @@ impl Gateway {
         let Parts { config, graph, used, gate, publishers, robot_state, .. } = &self.parts;
         let mut problems = locked(&robot_state.problems);
         problems.replace(&[ProblemKind::SecondPublisher, ProblemKind::OtherType], graph.problems(used));
-        let silent = gate.silent().map(|source| match source {
-            Source::Command => ("cmd".to_owned(), "no command of the driver comes"),
-            Source::Odom => (config.resolve(&config.topics.odom), "no odometry that can be used comes"),
-            Source::Scan => (config.resolve(&config.topics.scan), "no scan that can be used comes"),
-        });
-        let silent = silent.map(|(topic, why)| Problem::new(ProblemKind::Silent, topic, why));
+        let silent = gate.silent().map(|source| robot_state.silence_of(source));
         problems.replace(&[ProblemKind::Silent], silent.into_iter().collect());
+        problems.replace(&[ProblemKind::Unheard, ProblemKind::Pressed], robot_state.further_problems());
         let slow = robot_state.rate.fault(self.tick_s);
         let slow = slow.map(|why| Problem::new(ProblemKind::Rate, config.resolve(&config.topics.odom), why));
         problems.replace(&[ProblemKind::Rate], slow.into_iter().collect());

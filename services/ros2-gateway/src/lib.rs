@@ -10,6 +10,8 @@ mod drawing;
 mod driver_client;
 mod fault;
 mod frames;
+mod further_sensing;
+mod further_sensors;
 mod gate;
 mod gateway;
 mod goals;
@@ -25,6 +27,8 @@ mod ramp;
 mod robot_clock;
 mod robot_state;
 mod sensing;
+mod sensor_config;
+mod sensor_intake;
 mod service;
 mod subscriptions;
 

@@ -14,6 +14,10 @@ pub enum ProblemKind {
     NotUsed,
     /// Nothing is heard on it any more, for which the robot stands.
     Silent,
+    /// Nothing is heard on it any more, and the robot drives without.
+    Unheard,
+    /// A bumper is pressed.
+    Pressed,
     /// The driver takes the laser for blind, for which the robot stands.
     Blind,
     /// Odometry does not come as often as the limits say.
@@ -30,11 +34,13 @@ pub enum ProblemKind {
 
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::SecondPublisher,
         Self::OtherType,
         Self::NotUsed,
         Self::Silent,
+        Self::Unheard,
+        Self::Pressed,
         Self::Blind,
         Self::Rate,
         Self::Refused,
@@ -50,6 +56,8 @@ impl ProblemKind {
             Self::OtherType => "other_type",
             Self::NotUsed => "not_used",
             Self::Silent => "silent",
+            Self::Unheard => "unheard",
+            Self::Pressed => "pressed",
             Self::Blind => "blind",
             Self::Rate => "rate",
             Self::Refused => "refused",
@@ -66,6 +74,8 @@ impl ProblemKind {
             Self::OtherType => "has another type elsewhere:",
             Self::NotUsed => "is not used:",
             Self::Silent => "is silent, so the robot stands:",
+            Self::Unheard => "is silent, and the robot drives without:",
+            Self::Pressed => "is pressed, so the robot does not drive on:",
             Self::Blind => "shows too little, so the robot stands:",
             Self::Rate => "does not come as often as limits.tick_s says:",
             Self::Refused => "is refused:",

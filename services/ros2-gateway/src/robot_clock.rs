@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::step;
 use curionav_ros2::messages::Time;
+use curionav_runtime::convert;
+use curionav_schemas::Scan;
 
 /// Odometry that is remembered: of more than a second at a hundred hertz.
 const REMEMBERED: usize = 128;
@@ -93,6 +95,13 @@ impl RobotClock {
         let sample = Sample { tick: next, stamp: seconds, pose, twist };
         self.samples.push_back(sample);
         Moment::Tick(sample)
+    }
+
+    /// A scan as it is seen from where the robot is at a tick; nothing if it is not known where it was taken.
+    pub(crate) fn seen_at(&self, sample: &Sample, scan: Scan) -> Option<Scan> {
+        let moved = sample.pose.relative(self.pose_at(scan.stamp)?);
+        let laser = convert::pose_to_wire(moved.compose(convert::pose(scan.laser)));
+        Some(Scan { tick: sample.tick, laser, ..scan })
     }
 
     /// Where the robot was by dead reckoning at a stamp, seconds since the first sample: between two samples on the

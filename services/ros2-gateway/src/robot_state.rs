@@ -10,21 +10,26 @@ use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Counter, Tally};
+use curionav_runtime::robot_limits::RobotLimits;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::scanner_limits::ScannerLimits;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::words::say;
 use curionav_schemas::{self as wire, Clock, Odometry, People, Scan};
+use nalgebra::Isometry3;
 
 use crate::config::Ros2Config;
 use crate::diagnosis::Rate;
 use crate::fault::{Fault, FaultKind};
 use crate::frames::FrameTree;
+use crate::further_sensing;
+use crate::further_sensors::{FurtherSensors, Seen};
 use crate::gate::{Gate, Source};
 use crate::people::people;
 use crate::problem::{Problem, ProblemKind, Problems};
 use crate::robot_clock::{Moment, RobotClock, Sample};
 use crate::sensing;
+use crate::sensor_intake::Said;
 
 /// A scan or people whose stamp lies farther from the robot's clock are of no use, seconds.
 const STALE: f64 = 0.5;
@@ -58,6 +63,10 @@ pub(crate) struct RobotState {
     pub(crate) clock: RobotClock,
     /// The newest scan, until odometry gives it a tick.
     waiting: Option<Scan>,
+    /// What sees besides the scanner.
+    further: FurtherSensors,
+    /// Of its own disc, metres.
+    radius: f64,
     /// Its scanner.
     pub(crate) laser: Option<LaserModel>,
     /// How often odometry comes.
@@ -79,7 +88,7 @@ impl RobotState {
     /// If a stream cannot be declared.
     pub(crate) fn new(
         config: &Ros2Config,
-        tick_s: f64,
+        limits: &RobotLimits,
         scanner: &ScannerLimits,
         service: &RobotService,
         gate: Arc<Gate>,
@@ -92,8 +101,10 @@ impl RobotState {
             odometry: service.topic("odom", Flow::Sensor)?,
             people: service.topic("people", Flow::Sensor)?,
             frames: FrameTree::default(),
-            clock: RobotClock::new(tick_s),
+            clock: RobotClock::new(limits.tick_s),
             waiting: None,
+            further: FurtherSensors::new(config, service, limits.radius)?,
+            radius: limits.radius,
             laser: None,
             rate: Rate::default(),
             said: Mutex::default(),
@@ -174,6 +185,64 @@ impl RobotState {
         }
     }
 
+    /// A further sensor has said something, which waits for the next odometry as a scan does.
+    pub(crate) fn sensed(&mut self, index: usize, said: &Said) {
+        let Some(topic) = self.config.sensors.get(index).map(|sensor| sensor.topic.clone()) else { return };
+        let seen = self.seen(index, said);
+        if let Some(seen) = self.used(&topic, seen) {
+            self.gate.heard(Source::Further(index));
+            self.further.heard(index, seen, Instant::now());
+        }
+    }
+
+    /// What a further sensor has seen.
+    fn seen(&self, index: usize, said: &Said) -> Result<Seen, Fault> {
+        let (header, scan) = match said {
+            Said::Bumper(bumper) => return Ok(Seen::Pressed(bumper.data)),
+            Said::Cloud(cloud) => {
+                let mount = self.mount(&cloud.header)?;
+                let config = &self.config.sensors[index];
+                (&cloud.header, further_sensing::cloud(cloud, &mount, config, self.radius)?)
+            }
+            Said::Scan(scan) => {
+                let base = &self.config.frames.base;
+                let read = sensing::scan(scan, &self.frames, base, self.valid_share)?;
+                (&scan.header, further_sensing::scan(read, self.radius))
+            }
+            Said::Range(range) => {
+                (&range.header, further_sensing::range(range, &self.mount(&range.header)?)?)
+            }
+        };
+        let (stamp, _) = self.fresh(header.stamp)?;
+        Ok(Seen::Scan(Scan { stamp, ..scan }))
+    }
+
+    /// Where the frame of a message is on the robot.
+    fn mount(&self, header: &ros::Header) -> Result<Isometry3<f64>, Fault> {
+        let base = &self.config.frames.base;
+        let frame = &header.frame_id;
+        self.frames.pose_in(base, frame).ok_or_else(|| Fault::unknown_frame(frame, base))
+    }
+
+    /// What is silent, for which the robot stands.
+    pub(crate) fn silence_of(&self, source: Source) -> Problem {
+        let topics = &self.config.topics;
+        let (topic, why) = match source {
+            Source::Command => {
+                return Problem::new(ProblemKind::Silent, "cmd", "no command of the driver comes");
+            }
+            Source::Odom => (&topics.odom, "no odometry that can be used comes"),
+            Source::Scan => (&topics.scan, "no scan that can be used comes"),
+            Source::Further(index) => (&self.config.sensors[index].topic, "nothing that can be used comes"),
+        };
+        Problem::new(ProblemKind::Silent, self.config.resolve(topic), why)
+    }
+
+    /// What operators are told of further sensors.
+    pub(crate) fn further_problems(&self) -> Vec<Problem> {
+        self.further.problems(&self.config, Instant::now())
+    }
+
     /// The driver has said what to do, and perhaps that it takes the laser for blind.
     pub(crate) fn commanded(&self, command: &wire::Twist) {
         self.gate.command(Twist { v: command.v, omega: command.omega });
@@ -196,6 +265,7 @@ impl RobotState {
         if moment == Moment::SetBack {
             self.gate.stop();
             self.waiting = None;
+            self.further.forget();
             return true;
         }
         self.gate.heard(Source::Odom);
@@ -212,13 +282,12 @@ impl RobotState {
     /// The scan that waits, as it is seen from where the robot is at this tick, and odometry.
     fn publish(&mut self, sample: &Sample) {
         let Sample { tick, stamp, pose, twist } = *sample;
-        if let Some(mut scan) = self.waiting.take()
-            && let Some(then) = self.clock.pose_at(scan.stamp)
+        if let Some(scan) = self.waiting.take()
+            && let Some(scan) = self.clock.seen_at(sample, scan)
         {
-            scan.tick = tick;
-            scan.laser = convert::pose_to_wire(pose.relative(then).compose(convert::pose(scan.laser)));
             self.scans.publish(&scan, Clock::Realtime);
         }
+        self.further.publish(sample, &self.clock);
         let Pose2 { x, y, heading } = pose;
         let Twist { v, omega } = twist;
         self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v, omega }, Clock::Realtime);
@@ -250,6 +319,8 @@ impl RobotState {
             (&topics.map, !has_map, "no map that can be used has come"),
         ];
         let mut awaited: Vec<_> = missing.into_iter().filter(|(_, is_missing, _)| *is_missing).collect();
+        let further = self.further.awaited();
+        awaited.extend(further.map(|sensor| (&sensor.topic, true, "nothing that can be used has come")));
         if awaited.is_empty() && !knows_place {
             awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
         }

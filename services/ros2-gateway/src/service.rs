@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
+use curionav_ros2::interface::Distribution;
 use curionav_ros2::message::Message;
 use curionav_ros2::messages as ros;
 use curionav_runtime::command::Commander;
@@ -31,6 +32,7 @@ use crate::order::Orders;
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
 use crate::robot_state::{Noted, RobotState};
+use crate::sensor_config::SensorKind;
 use crate::subscriptions::{Event, Subscriptions};
 
 /// For how long the gateway waits, when it ends, until the driver has heard of it.
@@ -100,8 +102,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         }
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
         let graph = Graph::follow(&robots, domain, &noted.refused)?;
-        let robot_state =
-            RobotState::new(&ros2, limits.tick_s, &scanner, &service, Arc::clone(&gate), noted)?;
+        let robot_state = RobotState::new(&ros2, &limits, &scanner, &service, Arc::clone(&gate), noted)?;
         let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers, &lease)?;
         let publishers = Publishers::new(&node, &ros2)?;
         let used = used(&ros2);
@@ -201,7 +202,15 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
         of::<ros::Path>(ros2, &topics.plan, true),
         velocity(ros2, &topics.cmd_vel, true),
     ];
-    always.into_iter().chain(people).collect()
+    let range =
+        if ros2.distribution() == Distribution::Humble { of::<ros::RangeHumble> } else { of::<ros::Range> };
+    let sensors = ros2.sensors.iter().map(|sensor| match sensor.kind {
+        SensorKind::Cloud => of::<ros::PointCloud2>(ros2, &sensor.topic, false),
+        SensorKind::Scan => of::<ros::LaserScan>(ros2, &sensor.topic, false),
+        SensorKind::Range => range(ros2, &sensor.topic, false),
+        SensorKind::Bumper => of::<ros::Bool>(ros2, &sensor.topic, false),
+    });
+    always.into_iter().chain(people).chain(sensors).collect()
 }
 
 async fn serve(
@@ -218,6 +227,7 @@ async fn serve(
         match event {
             Event::Command(command) => gateway.commanded(&command),
             Event::Scan(scan) => gateway.robot_state().scan(&scan),
+            Event::Sensed(index, said) => gateway.robot_state().sensed(index, &said),
             Event::Odom(odometry) => gateway.odom(&odometry),
             Event::Belief(belief) => gateway.believed(belief),
             Event::Decision(decision) => gateway.decided(&decision),

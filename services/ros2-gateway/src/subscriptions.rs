@@ -20,6 +20,7 @@ use crate::driver_client::Answer;
 use crate::fault::Fault;
 use crate::node::{Intake, Node, Request, Serving};
 use crate::sensing;
+use crate::sensor_intake::{Said, SensorIntake};
 
 /// Between two looks at what changes slowly.
 const BEAT: Duration = Duration::from_millis(200);
@@ -28,6 +29,8 @@ const BEAT: Duration = Duration::from_millis(200);
 pub(crate) enum Event {
     /// A scan of the robot's laser.
     Scan(ros::LaserScan),
+    /// What a further sensor says, by its place in the configuration.
+    Sensed(usize, Box<Said>),
     /// A sample of the robot's odometry.
     Odom(Box<ros::Odometry>),
     /// Transforms between the robot's frames; `is_static` for frames that stay.
@@ -71,6 +74,7 @@ pub(crate) enum Event {
 /// The gateway's subscriptions, services and timer.
 pub(crate) struct Subscriptions {
     scan: Intake<ros::LaserScan>,
+    sensors: SensorIntake,
     odom: Intake<ros::Odometry>,
     tf: Intake<ros::TfMessage>,
     tf_static: Intake<ros::TfMessage>,
@@ -114,6 +118,7 @@ impl Subscriptions {
         let follows_people = config.people == PeopleSource::Topic;
         Ok(Self {
             scan: node.intake(&topics.scan, Qos::SENSOR)?,
+            sensors: SensorIntake::new(node, config)?,
             odom: node.intake(&topics.odom, Qos::SENSOR)?,
             tf: node.intake(&topics.tf, Qos { depth: 100, ..Qos::DEFAULT })?,
             tf_static: node.intake(&topics.tf_static, Qos { depth: 100, ..Qos::LATCHED })?,
@@ -169,6 +174,7 @@ impl Subscriptions {
             return tokio::select! {
                 said = self.commands.next() => heard(said, Event::Command),
                 said = self.scan.next() => heard(said, Event::Scan),
+                said = self.sensors.next() => heard(said, |(index, said)| Event::Sensed(index, Box::new(said))),
                 said = self.odom.next() => heard(said, |odom| Event::Odom(Box::new(odom))),
                 said = self.beliefs.next() => heard(said, Event::Belief),
                 said = self.decisions.next() => heard(said, Event::Decision),

@@ -2,6 +2,7 @@
 
 mod actions;
 mod blind;
+mod further_sensors;
 mod hostile;
 mod missions;
 mod peer;

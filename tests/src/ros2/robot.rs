@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use curionav_crowdsim::{Observation, World};
 use curionav_deployment::package::{self, Choice};
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::sin_cos;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
@@ -45,8 +45,55 @@ pub(super) struct Robot {
     pub(super) spoils: Arc<Mutex<Spoils>>,
     /// Milliseconds that the clock is set back by.
     pub(super) back_ms: Arc<AtomicU64>,
+    /// What it has besides a laser.
+    pub(super) further: Arc<Further>,
     _tf: AdvancedPublisher<'static>,
     playing: JoinHandle<()>,
+}
+
+/// A camera and a bumper.
+#[derive(Default)]
+pub(super) struct Further {
+    /// Where the camera sees a round table on the map, over whose foot the laser looks.
+    pub(super) table: Mutex<Option<Point2>>,
+    /// Whether the bumper is pressed.
+    pub(super) pressed: AtomicBool,
+}
+
+/// Radius of the table, m.
+pub(super) const TABLE: f64 = 0.3;
+
+impl Further {
+    fn say(&self, peer: &Peer, robot: Pose2, stamp: f64) {
+        peer.put("bumper", &ros::Bool { data: self.pressed.load(Ordering::Relaxed) });
+        let Some(table) = *locked(&self.table) else { return };
+        let edge = (0..60).flat_map(|k| {
+            let (sin, cos) = sin_cos(0.1 * f64::from(k));
+            let edge = Point2::new(table.x + TABLE * cos, table.y + TABLE * sin);
+            let Point2 { x, y } = robot.inverse_transform(edge);
+            // What is behind the robot no camera sees.
+            let place = if x > 0.0 { [x as f32, y as f32, 0.7] } else { [f32::NAN; 3] };
+            place.into_iter().flat_map(f32::to_le_bytes)
+        });
+        let data: Vec<u8> = edge.collect();
+        let field = |(name, offset): (&str, u32)| ros::PointField {
+            name: name.into(),
+            offset,
+            datatype: ros::PointField::FLOAT32,
+            count: 1,
+        };
+        let cloud = ros::PointCloud2 {
+            header: header(stamp, "laser"),
+            height: 1,
+            width: 60,
+            fields: [("x", 0), ("y", 4), ("z", 8)].map(field).into(),
+            point_step: 12,
+            row_step: 720,
+            data,
+            ..Default::default()
+        };
+        peer.put("camera/points", &cloud);
+    }
 }
 
 pub(super) fn pose(pose: Pose2) -> ros::Pose {
@@ -79,6 +126,7 @@ impl Robot {
         let [scans, odometry] = [true, true].map(|on| Arc::new(AtomicBool::new(on)));
         let back_ms = Arc::<AtomicU64>::default();
         let spoils = Arc::new(Mutex::new(WELL));
+        let further = Arc::<Further>::default();
         let playing = tokio::spawn(play(
             Arc::clone(&peer),
             Arc::clone(&world),
@@ -86,8 +134,10 @@ impl Robot {
             [Arc::clone(&scans), Arc::clone(&odometry)],
             Arc::clone(&spoils),
             Arc::clone(&back_ms),
+            Arc::clone(&further),
         ));
-        Self { peer, world, map: prepared.map, commands, scans, odometry, spoils, back_ms, _tf: tf, playing }
+        let map = prepared.map;
+        Self { peer, world, map, commands, scans, odometry, spoils, back_ms, further, _tf: tf, playing }
     }
 
     /// Publishes the map, which then stays for late subscribers.
@@ -139,6 +189,7 @@ async fn play(
     [scans, odometry]: [Arc<AtomicBool>; 2],
     spoils: Arc<Mutex<Spoils>>,
     back_ms: Arc<AtomicU64>,
+    further: Arc<Further>,
 ) {
     let mut pace = tokio::time::interval(PACE);
     pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Burst);
@@ -182,6 +233,8 @@ async fn play(
             ..Default::default()
         });
         peer.put("people", &ros::People { header: header(stamp, "map"), people: persons.collect() });
+        let truth = locked(&world).truth().pose;
+        further.say(&peer, truth, stamp);
         if odometry.load(Ordering::Relaxed) {
             let mut said = ros::Odometry {
                 header: header(stamp, "odom"),

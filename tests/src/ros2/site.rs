@@ -55,7 +55,12 @@ pub(super) fn file(robot: &str, endpoint: &str, namespace: &str) -> String {
 
 /// The services of `robot`, on a session of their own.
 pub(super) async fn services(robot: &str, endpoint: &str, namespace: &str) -> Embedded {
-    let config: ServiceConfig = toml::from_str(&file(robot, endpoint, namespace)).unwrap();
+    services_with(&file(robot, endpoint, namespace), namespace).await
+}
+
+/// The services of the robot whose file this is.
+pub(super) async fn services_with(file: &str, namespace: &str) -> Embedded {
+    let config: ServiceConfig = toml::from_str(file).unwrap();
     let services = Embedded::of(&KINDS, session::embedded().await.unwrap(), &config).await.unwrap();
     // The gateway is ready before it has found the robot's router; once it listens, it says what it awaits.
     let odometry = format!("topic=\"{namespace}/odom\"");

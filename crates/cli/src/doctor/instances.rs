@@ -219,6 +219,12 @@ fn on_the_robot(link: &str, problem: &Problem) -> Finding {
         ProblemKind::OtherType => "give `stamped` and `distribution` in [ros2] as the robot has them",
         ProblemKind::NotUsed => "mend what publishes it, or the names of topics and frames in [ros2]",
         ProblemKind::Silent => "look at the node that publishes it, or at the driver",
+        ProblemKind::Unheard => {
+            "look at the node that publishes it, or take the sensor out of [[ros2.sensors]]"
+        }
+        ProblemKind::Pressed => {
+            "look what the robot touches; a bumper that sticks says so until it is released"
+        }
         ProblemKind::Blind => LOOK_AT_THE_LASER,
         ProblemKind::Rate => "give limits.tick_s the time that lies between two messages of odometry",
         ProblemKind::Paused => "curionav resume ROBOT",

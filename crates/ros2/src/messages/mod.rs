@@ -23,6 +23,6 @@ pub use geometry::{
 pub use marker::{ColorRgba, CompressedImage, Marker, MarkerArray, MeshFile, UvCoordinate};
 pub use navigation::{Clock, MapMetaData, OccupancyGrid, Odometry, Path};
 pub use people::{People, Person};
-pub use sensing::LaserScan;
+pub use sensing::{Bool, LaserScan, PointCloud2, PointField, Range, RangeHumble};
 pub use transform::{TfMessage, Transform, TransformStamped};
 pub use trigger::{TriggerRequest, TriggerResponse};

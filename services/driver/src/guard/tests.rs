@@ -310,6 +310,7 @@ fn what_a_further_sensor_saw_counts_for_as_long_as_a_scan_may_be_old() {
     let near = Thing::Body { at: Point2::new(0.8, 0.0), radius: 0.3 };
     let verdict = |age: f64| {
         let mut drive = Loop::new(model(1.0, 0.5), 0);
+        drive.twist = straight(0.5);
         drive.guard.see_further("camera", &of_camera(-age, Pose2::default(), near), Pose2::default());
         drive.tick(straight(0.5), &[])
     };
@@ -328,7 +329,7 @@ fn a_pressed_bumper_stops_the_robot_until_it_has_turned_away() {
             ranges: vec![radius as f32; 21].into(),
             ..scan(0.0, Pose2::default(), &[], 2, None)
         };
-        drive.twist = straight(0.3);
+        drive.twist = straight(wanted.v);
         drive.guard.see_further("bumper", &bumper, Pose2::default());
         drive.tick(wanted, &[])
     };
