@@ -45,7 +45,7 @@
 //! | how candidates come to be (Alg. 1) | [`generation`] |
 //! | what each of them costs (eqs. 7 to 18) | [`evaluation`], [`terms`] |
 //! | which of them is taken (Alg. 2, eqs. 4 to 6) | [`arbitration`] |
-//! | how it is driven | [`tracking`], [`motion`] |
+//! | how it is driven | [`tracking`], [`motion`], [`speed_zones`] |
 //! | what is in its way | [`collision`], [`collision_risk`], [`footprint`] |
 //! | every parameter, its range and the reason for it | [`profile`], [`parameters`](mod@parameters) |
 //! | how long work is shared by threads of the caller | [`workers`] |
@@ -73,6 +73,7 @@ pub mod random;
 pub mod scene;
 pub mod sensor;
 pub mod sight;
+pub mod speed_zones;
 pub mod states;
 pub mod terms;
 pub mod text;

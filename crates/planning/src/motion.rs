@@ -125,9 +125,16 @@ impl RobotModel {
         Twist { v: self.limit_speed(current.v, wanted.v, dt), omega }
     }
 
-    /// The speed of [`Self::limit`], m/s.
+    /// The speed of [`Self::limit`], m/s. A robot that is faster than the limits brakes as hard as it can.
     pub fn limit_speed(&self, current: f64, wanted: f64, dt: f64) -> f64 {
-        wanted.clamp(current - self.a_max * dt, current + self.a_max * dt).clamp(0.0, self.v_max)
+        let least = current - self.a_max * dt;
+        wanted.clamp(least, current + self.a_max * dt).clamp(0.0, self.v_max.max(least))
+    }
+
+    /// The robot with this share of its greatest speed.
+    #[must_use]
+    pub fn slowed(&self, share: f64) -> Self {
+        Self { v_max: share * self.v_max, ..self.clone() }
     }
 
     /// Distance needed to stop from `v` m/s at full braking, metres.

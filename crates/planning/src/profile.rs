@@ -109,6 +109,7 @@ impl Profile {
             steps: self.steps,
             dt: self.dt,
             min_speed: self.min_speed,
+            held: self.hold.max_age,
             generation: self.generation.clone(),
             collision: self.collision,
             risk: self.risk,
@@ -272,7 +273,7 @@ crate::parameters! {
         /// Seconds after its scene's stamp for which a followed trajectory is valid: four paper cycles, in
         /// which a person's forecast has drifted by about 0.2 m.
         pub max_age: f64
-            [0.01, 60.0, "s", "a decision outlives its cycle, and beyond a minute no forecast of people holds"] = 1.2,
+            [in GeneratorPart::HELD] = 1.2,
         /// Metres the robot may have strayed from the trajectory for its tail still to be held.
         pub max_deviation: f64 [0.0, 100.0, "m", "farther away it is another trajectory"] = 0.5,
         /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;

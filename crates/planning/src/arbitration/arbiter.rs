@@ -10,6 +10,7 @@ use crate::motion::RobotModel;
 use crate::occupancy::StaticMap;
 use crate::profile::Profile;
 use crate::scene::Scene;
+use crate::speed_zones::allowed_share;
 use crate::trajectory::Trajectory;
 
 /// Metres by which what a robot at its goal would drive must end nearer for it to go on.
@@ -43,6 +44,15 @@ impl<'a> Context<'a> {
     pub(super) fn checker(&self) -> CollisionChecker<'a> {
         let Self { profile, scene, map, robot, .. } = *self;
         CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision)
+    }
+
+    /// Mean speed below which a candidate is slow (D4), m/s, in comparison with what speed zones allow.
+    fn slow_below(&self) -> f64 {
+        let Self { profile, scene, map, candidates, .. } = *self;
+        let here = scene.belief.pose.position();
+        let share = allowed_share(self.robot, &map.grid, here, profile.hold.max_age);
+        let robot = self.robot.slowed(share);
+        robot.slow_below(share * profile.min_speed, scene.belief.twist.v, candidates.steps(), candidates.dt())
     }
 }
 
@@ -203,6 +213,7 @@ pub(super) fn contenders(context: &Context<'_>, may_compete: &[bool]) -> Vec<Con
     let persistence = context.profile.persistence;
     let tail = context.previous.filter(|_| persistence.margin > 0.0);
     let tail = tail.and_then(|previous| valid_tail(context, previous).ok());
+    let slow_below = context.slow_below();
     (0..context.candidates.len())
         .filter(|&i| may_compete[i])
         .map(|index| {
@@ -210,7 +221,7 @@ pub(super) fn contenders(context: &Context<'_>, may_compete: &[bool]) -> Vec<Con
                 mean_distance(context.candidates, index, tail) <= persistence.same_within
             });
             let discount = if continues { persistence.margin } else { 0.0 };
-            Contender { index, slow: is_slow(context, index), discount }
+            Contender { index, slow: is_slow(context, index, slow_below), discount }
         })
         .collect()
 }
@@ -230,14 +241,13 @@ fn preference(context: &Context<'_>, totals: &Totals, rejected: &[Option<Rejecti
 
 /// Whether D4 holds a candidate back: its mean speed is too low, and it neither ends at the goal, where
 /// being slow is what is wanted, nor turns towards a way that lies elsewhere.
-fn is_slow(context: &Context<'_>, index: usize) -> bool {
+fn is_slow(context: &Context<'_>, index: usize, slow_below: f64) -> bool {
     let Context { profile, candidates, .. } = *context;
     let end = candidates.end(index);
     let turn = wrap_angle(end.heading - context.scene.belief.pose.heading);
     let speeds = &candidates.all_states().v[candidates.range(index)];
     let mean_speed = speeds.iter().sum::<f64>() / candidates.steps() as f64;
-    let v = context.scene.belief.twist.v;
-    mean_speed < context.robot.slow_below(profile.min_speed, v, candidates.steps(), candidates.dt())
+    mean_speed < slow_below
         && turn.abs() < profile.min_turn
         && end.position().distance(context.goal) >= profile.goal.arrive_distance
 }

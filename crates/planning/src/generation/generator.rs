@@ -11,6 +11,7 @@ use crate::motion::RobotModel;
 use crate::occupancy::{Detour, GeodesicField, StaticMap};
 use crate::random::{Rng, rng};
 use crate::scene::Scene;
+use crate::speed_zones;
 
 /// What a generator knows besides last cycle's tree.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +55,12 @@ impl<'a> GenerationInput<'a> {
         let is_narrow = self.scene.passage.is_some_and(|room| room < NARROW_M);
         let lookahead = if is_narrow { rollout.lookahead.min(CLOSE_LOOKAHEAD_M) } else { rollout.lookahead };
         RolloutParams { lookahead, ..rollout }
+    }
+
+    /// The share of its greatest speed that the robot may plan with, because of speed zones.
+    pub(super) fn allowed_share(&self) -> f64 {
+        let here = self.scene.belief.pose.position();
+        speed_zones::allowed_share(self.robot, &self.map.grid, here, self.params.held)
     }
 
     /// The shortest ways, past people who are slower than `speed`, m/s.

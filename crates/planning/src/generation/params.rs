@@ -120,6 +120,8 @@ crate::parameters! {
         pub dt: f64 [in GeneratorPart::DT],
         /// Average speed below which a candidate counts as slow, m/s (D4).
         pub min_speed: f64 [in GeneratorPart::MIN_SPEED],
+        /// Seconds for which a decision may be driven: before a speed zone the robot is slower by then.
+        pub held: f64 [in GeneratorPart::HELD],
         /// The tree and its candidates.
         pub generation: GenerationParams [table],
         /// How much room is kept.
@@ -152,6 +154,14 @@ impl GeneratorPart {
         most: 2.0,
         unit: "s",
         why: "a shorter step is no cycle, and in a longer one people pass unseen between two states",
+    };
+
+    /// How long a decision may be driven.
+    pub const HELD: Range = Range {
+        least: 0.01,
+        most: 60.0,
+        unit: "s",
+        why: "a decision outlives its cycle, and beyond a minute no forecast of people holds",
     };
 
     /// What the slowest speed may be.

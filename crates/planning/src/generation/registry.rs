@@ -1,8 +1,8 @@
 //! The generators that profiles can name: a new one is its own file and one entry here.
 
 use crate::generation::{
-    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, dwa, hrvo_robot, mppi, recovery,
-    risk_rrt, rrt_star_generator, transient_goal,
+    Generated, GenerationInput, GenerationParams, GeneratorPart, Pace, Tree, bi_risk_rrt, dwa, hrvo_robot,
+    mppi, recovery, risk_rrt, rrt_star_generator, transient_goal,
 };
 
 /// A generator that profiles can name.
@@ -20,13 +20,18 @@ pub struct GeneratorKind {
 
 impl GeneratorKind {
     /// What it generates, or ways out for a robot that does not get away; also says whether that was cut short. `spent`
-    /// gives the share of the time for it that is over.
+    /// gives the share of the time for it that is over. The robot is as slow as the speed zones around it ask.
     pub fn generate(
         &self,
         input: &GenerationInput<'_>,
         tree: Option<Tree>,
         spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
+        let share = input.allowed_share();
+        let robot = input.robot.slowed(share);
+        // What is slow is so in comparison with what is allowed.
+        let params = GeneratorPart { min_speed: share * input.params.min_speed, ..input.params.clone() };
+        let input = &GenerationInput { robot: &robot, params: &params, ..*input };
         let pace = Pace::new(spent);
         let generated = match recovery::ways_out(input, &pace) {
             Some(candidates) => Generated { candidates, tree: tree.unwrap_or_default() },

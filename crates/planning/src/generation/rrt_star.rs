@@ -15,7 +15,7 @@ use crate::generation::tree::Tree;
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
 use crate::motion::step_facing;
 use crate::numerics::{atan2, ln, sin_cos};
-use crate::occupancy::{Cell, OccupancyGrid};
+use crate::occupancy::OccupancyGrid;
 use crate::random::{Rng, standard_normal, uniform};
 
 crate::parameters! {
@@ -104,13 +104,13 @@ impl SampleSpace<'_> {
         }
         if !self.landmarks.places.is_empty() && uniform(rng) < params.informative {
             let drawn = self.landmarks.draw(params.informative_spread, rng);
-            return drawn.filter(|p| self.grid.at(*p) == Cell::Free);
+            return drawn.filter(|p| self.grid.is_drivable_at(*p));
         }
         (0..20).find_map(|_| {
             let r = self.radius * uniform(rng).sqrt();
             let (s, c) = sin_cos(std::f64::consts::TAU * uniform(rng));
             let p = Point2::new(self.centre.x + r * c, self.centre.y + r * s);
-            (self.grid.at(p) == Cell::Free).then_some(p)
+            self.grid.is_drivable_at(p).then_some(p)
         })
     }
 }

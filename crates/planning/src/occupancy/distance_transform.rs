@@ -27,9 +27,9 @@ impl DistanceField {
         Self::to(grid, |i| grid.cell(i) == Cell::Occupied)
     }
 
-    /// Distance to the nearest cell that is not known to be free: what a robot must keep clear of.
+    /// Distance to the nearest cell that is not known to be free, or is keepout: what a robot must keep clear of.
     pub fn to_obstacle(grid: &OccupancyGrid) -> Self {
-        Self::to(grid, |i| grid.cell(i) != Cell::Free)
+        Self::to(grid, |i| !grid.is_drivable(i))
     }
 
     /// Distance to the nearest cell of `grid` whose index is a target.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::geometry::Point2;
 use crate::numerics::sin_cos;
 use crate::occupancy::front::Front;
-use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
+use crate::occupancy::{OccupancyGrid, StaticMap};
 
 /// Geodesic distance to the goal, metres, for every cell from which the goal can be reached.
 ///
@@ -198,7 +198,7 @@ fn slowness(map: &StaticMap, radius: f64, columns: Range<usize>, rows: Range<usi
     let grid = &map.grid;
     let clearance = &map.to_obstacle;
     let of_cell = |i: usize| {
-        if grid.cell(i) != Cell::Free {
+        if !grid.is_drivable(i) {
             return f32::INFINITY;
         }
         (factor(clearance.cell(i) - radius) * grid.resolution()) as f32

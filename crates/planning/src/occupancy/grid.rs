@@ -1,5 +1,7 @@
 //! The occupancy grid.
 
+use std::sync::Arc;
+
 use sha2::{Digest, Sha256};
 
 use crate::geometry::{Point2, Pose2};
@@ -29,6 +31,9 @@ pub enum GridError {
     /// The resolution is not a positive finite number, or the origin is not finite.
     #[error("resolution must be positive and the origin finite (resolution {0}, origin {1:?})")]
     Geometry(f64, Pose2),
+    /// A limit of speed is more than all of it, per cent.
+    #[error("a limit of speed is 0 to 100 per cent, found {0}")]
+    Limit(u8),
 }
 
 /// A grid of occupancy values, row 0 at the bottom (least y), as in `nav_msgs/OccupancyGrid`.
@@ -44,6 +49,8 @@ pub struct OccupancyGrid {
     /// Sine and cosine of the origin's heading: every look-up needs them.
     turn: (f64, f64),
     cells: Vec<i8>,
+    /// What zones allow; empty without zones.
+    limits: Arc<[u8]>,
     hash: [u8; 32],
 }
 
@@ -52,6 +59,8 @@ impl OccupancyGrid {
     pub const OCCUPIED_FROM: i8 = 65;
     /// Values up to this are [`Cell::Free`], percent (map_server's 0.196, up to 0.25 in later maps).
     pub const FREE_UP_TO: i8 = 25;
+    /// A limit of speed that limits nothing, per cent.
+    pub const NO_LIMIT: u8 = 100;
 
     /// Checks the shape and computes the hash. `cells` is row-major from the bottom row.
     pub fn new(
@@ -69,16 +78,33 @@ impl OccupancyGrid {
         if !(resolution > 0.0 && resolution.is_finite() && finite) {
             return Err(GridError::Geometry(resolution, origin));
         }
-        let grid =
-            Self { width, height, resolution, origin, turn: sin_cos(origin.heading), cells, hash: [0; 32] };
-        Ok(grid.hashed())
+        let turn = sin_cos(origin.heading);
+        let limits = Arc::default();
+        Ok(Self { width, height, resolution, origin, turn, cells, limits, hash: [0; 32] }.hashed())
+    }
+
+    /// The same grid with zones: for each cell the share of its greatest speed that a robot may drive with there, per
+    /// cent. At 0 it must not drive there: that is keepout. None, or 100 everywhere, means no zones.
+    ///
+    /// # Errors
+    /// There is not one for each cell, or one of them is above 100.
+    pub fn with_limits(&self, limits: Vec<u8>) -> Result<Self, GridError> {
+        if !(limits.is_empty() || limits.len() == self.cells.len()) {
+            return Err(GridError::Size(self.width, self.height, limits.len()));
+        }
+        if let Some(limit) = limits.iter().find(|limit| **limit > Self::NO_LIMIT) {
+            return Err(GridError::Limit(*limit));
+        }
+        let is_limited = limits.iter().any(|limit| *limit < Self::NO_LIMIT);
+        let limits = if is_limited { limits.into() } else { Arc::default() };
+        Ok(Self { limits, ..self.clone() }.hashed())
     }
 
     /// The same grid, with each cell as `change` makes it from its index and its value.
     #[must_use]
     pub fn changed(&self, change: impl Fn(usize, i8) -> i8) -> Self {
         let cells = self.cells.iter().enumerate().map(|(index, cell)| change(index, *cell)).collect();
-        Self { cells, ..*self }.hashed()
+        Self { cells, limits: Arc::clone(&self.limits), ..*self }.hashed()
     }
 
     /// The geometry of this grid with so many cells joined along either axis, and nothing in it. The last column and
@@ -87,11 +113,12 @@ impl OccupancyGrid {
         let width = self.width.div_ceil(cells);
         let height = self.height.div_ceil(cells);
         let resolution = self.resolution * cells as f64;
-        Self { width, height, resolution, cells: vec![0; width * height], hash: [0; 32], ..*self }
+        let cells = vec![0; width * height];
+        Self { width, height, resolution, cells, limits: Arc::default(), hash: [0; 32], ..*self }
     }
 
     fn hashed(self) -> Self {
-        let Self { width, height, resolution, origin, ref cells, .. } = self;
+        let Self { width, height, resolution, origin, ref cells, ref limits, .. } = self;
         let mut digest = Sha256::new();
         digest.update((width as u64).to_le_bytes());
         digest.update((height as u64).to_le_bytes());
@@ -99,6 +126,7 @@ impl OccupancyGrid {
             digest.update(number.to_le_bytes());
         }
         digest.update(cells.iter().map(|&c| c as u8).collect::<Vec<u8>>());
+        digest.update(limits);
         Self { hash: digest.finalize().into(), ..self }
     }
 
@@ -132,7 +160,17 @@ impl OccupancyGrid {
         &self.cells
     }
 
-    /// Identity of the map: SHA-256 over its geometry and cells.
+    /// What zones allow in each cell, per cent of a robot's greatest speed; empty without zones.
+    pub fn limits(&self) -> &[u8] {
+        &self.limits
+    }
+
+    /// What a zone allows in the cell at `index`, per cent of a robot's greatest speed: 0 is keepout.
+    pub fn limit(&self, index: usize) -> u8 {
+        self.limits.get(index).copied().unwrap_or(Self::NO_LIMIT)
+    }
+
+    /// Identity of the map: SHA-256 over its geometry and cells, and over its zones if it has any.
     pub fn hash(&self) -> [u8; 32] {
         self.hash
     }
@@ -149,6 +187,11 @@ impl OccupancyGrid {
             0..=Self::FREE_UP_TO => Cell::Free,
             _ => Cell::Unknown,
         }
+    }
+
+    /// Whether a robot may be in the cell at `index`: it is free, and in no keepout zone.
+    pub fn is_drivable(&self, index: usize) -> bool {
+        self.cell(index) == Cell::Free && self.limit(index) > 0
     }
 
     /// Indices of the cells that share a side with the one at `index`.
@@ -211,6 +254,11 @@ impl OccupancyGrid {
         let (column, row) = self.grid_from_map(p);
         let across = column.min(self.width as f64 - column);
         across.min(row).min(self.height as f64 - row) * self.resolution
+    }
+
+    /// Whether a robot may be at the point: see [`Self::is_drivable`]. It may not outside.
+    pub fn is_drivable_at(&self, p: Point2) -> bool {
+        self.locate(p).is_some_and(|(c, r)| self.is_drivable(self.index(c, r)))
     }
 
     /// What lies at the point; unknown outside.

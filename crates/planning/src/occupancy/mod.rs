@@ -10,6 +10,7 @@ mod obstacles;
 mod ray_cast;
 mod static_map;
 mod survey;
+mod zones;
 
 pub use distance_transform::DistanceField;
 pub(crate) use front::Front;
@@ -23,3 +24,4 @@ pub use obstacles::Obstacles;
 pub use ray_cast::{Hit, RayCaster};
 pub use static_map::StaticMap;
 pub use survey::MapSurvey;
+pub use zones::{MaskError, SpeedScale};

@@ -25,7 +25,7 @@ use crate::workers::{Alone, Workers};
 pub struct StaticMap {
     /// The grid itself.
     pub grid: Arc<OccupancyGrid>,
-    /// Distance to what a robot must not touch: occupied or unknown cells.
+    /// Distance to what a robot must not touch: occupied or unknown cells, and keepout zones.
     pub to_obstacle: Arc<DistanceField>,
     /// Distance to what a laser beam ends on: occupied cells.
     pub to_occupied: Arc<DistanceField>,
@@ -34,7 +34,10 @@ pub struct StaticMap {
 impl StaticMap {
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
-        self.grid.cells().len() + self.to_obstacle.bytes() + self.to_occupied.bytes()
+        self.grid.cells().len()
+            + self.grid.limits().len()
+            + self.to_obstacle.bytes()
+            + self.to_occupied.bytes()
     }
 
     /// The map with these cells as well to keep clear of. Its grid stays: what beams end on, the map says.
@@ -45,6 +48,12 @@ impl StaticMap {
         let places = obstacles.places(&self.grid);
         let cells: Vec<usize> = places.map(|(column, row)| self.grid.index(column, row)).collect();
         Self { to_obstacle: Arc::new(self.to_obstacle.with_targets(&cells)), ..self.clone() }
+    }
+
+    /// The map without its zones: what is really there.
+    #[must_use]
+    pub fn without_zones(&self) -> Self {
+        if self.grid.limits().is_empty() { self.clone() } else { Self::new(self.grid.without_zones()) }
     }
 
     /// Derives the fields of `grid`.

@@ -1,7 +1,7 @@
 //! Places all over a map, a few tenths of a metre from each other, and which of them a robot can drive between.
 
 use crate::geometry::Point2;
-use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
+use crate::occupancy::{OccupancyGrid, StaticMap};
 
 /// Least distance between places, metres.
 const SPACING: f64 = 0.4;
@@ -46,7 +46,7 @@ impl Roadmap {
             let rooms = cells.filter_map(|(c, r)| {
                 let index = grid.index(c, r);
                 let room = map.to_obstacle.cell(index);
-                (grid.cell(index) == Cell::Free && room >= radius).then_some((room, (c, r)))
+                (grid.is_drivable(index) && room >= radius).then_some((room, (c, r)))
             });
             // Of cells with equal room the first is taken.
             let best = rooms.fold(None, |best: Option<(f64, _)>, next| match best {
@@ -118,6 +118,6 @@ fn is_clear(map: &StaticMap, from: Point2, to: Point2, room: f64) -> bool {
     (1..pieces as usize).all(|k| {
         let s = k as f64 / pieces;
         let p = Point2::new(from.x + s * (to.x - from.x), from.y + s * (to.y - from.y));
-        map.grid.at(p) == Cell::Free && map.to_obstacle.at(&map.grid, p) >= room
+        map.grid.is_drivable_at(p) && map.to_obstacle.at(&map.grid, p) >= room
     })
 }

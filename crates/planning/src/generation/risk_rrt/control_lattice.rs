@@ -79,9 +79,11 @@ impl<'a> ControlLattice<'a> {
         (self.speeds.len() * self.rates.len()) as u32
     }
 
-    /// The speeds after `current`, ascending, m/s.
+    /// The speeds after `current`, ascending, m/s: one, the hardest braking, if the robot cannot get below its greatest
+    /// speed within a step.
     pub fn speeds(&self, current: Twist) -> impl ExactSizeIterator<Item = f64> {
-        parts(current.v, self.robot.a_max * self.dt, 0.0, self.robot.v_max, &self.speeds)
+        let change = self.robot.a_max * self.dt;
+        parts(current.v, change, 0.0, self.robot.v_max.max(current.v - change), &self.speeds)
     }
 
     /// The turn rates after `current`, ascending, rad/s.

@@ -11,7 +11,7 @@ use crate::collision_risk::{CollisionRisk, RiskParams};
 use crate::generation::GenerationInput;
 use crate::geometry::{Point2, Pose2};
 use crate::lanes::{Level, dispatch};
-use crate::occupancy::{Cell, OccupancyGrid};
+use crate::occupancy::OccupancyGrid;
 use crate::random::{Rng, uniform};
 
 /// What a cycle stands on.
@@ -189,7 +189,7 @@ pub fn sample_window(grid: &OccupancyGrid, centre: Point2, window: f64, rng: &mu
         let x = side(centre.x);
         Point2::new(x, side(centre.y))
     };
-    (0..20).map(|_| draw()).find(|p| grid.at(*p) == Cell::Free).unwrap_or(centre)
+    (0..20).map(|_| draw()).find(|p| grid.is_drivable_at(*p)).unwrap_or(centre)
 }
 
 /// A free point of the whole map; `otherwise` after a hundred tries.
@@ -198,7 +198,7 @@ pub fn sample_map(grid: &OccupancyGrid, otherwise: Point2, rng: &mut Rng) -> Poi
         .find_map(|_| {
             let column = (uniform(rng) * grid.width() as f64) as usize;
             let row = (uniform(rng) * grid.height() as f64) as usize;
-            (grid.cell(grid.index(column, row)) == Cell::Free).then(|| grid.centre(column, row))
+            grid.is_drivable(grid.index(column, row)).then(|| grid.centre(column, row))
         })
         .unwrap_or(otherwise)
 }

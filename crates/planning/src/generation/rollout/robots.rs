@@ -39,8 +39,9 @@ impl<'a> Law<'a> {
     fn limit_speed<S: Simd>(&self, current: f64x8<S>, wanted: f64x8<S>) -> f64x8<S> {
         let all = |x: f64| f64x8::splat(current.simd, x);
         let change = self.robot.a_max * self.h;
-        let v = greater(lesser(wanted, current + change), current - change);
-        greater(lesser(v, all(self.robot.v_max)), all(0.0))
+        let least = current - change;
+        let v = greater(lesser(wanted, current + change), least);
+        greater(lesser(v, greater(least, all(self.robot.v_max))), all(0.0))
     }
 }
 

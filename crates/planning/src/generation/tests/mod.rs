@@ -7,6 +7,7 @@ mod risk_rrt;
 mod rrt_star;
 mod update;
 mod way_past;
+mod zones;
 
 use std::collections::BTreeSet;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::joined::{CLOSED_SLOWNESS, EXACT_CELLS, Joined};
 use super::{GeodesicField, factor};
 use crate::geometry::Point2;
-use crate::occupancy::{Cell, Obstacles, OccupancyGrid, StaticMap};
+use crate::occupancy::{Obstacles, OccupancyGrid, StaticMap};
 
 /// Width of cells that are joined, metres: half of a narrow door.
 const WIDTH: f64 = 0.2;
@@ -98,7 +98,7 @@ impl CoarseFloor {
         let rows = row * self.side..((row + 1) * self.side).min(grid.height());
         let mut best = f64::INFINITY;
         for index in rows.flat_map(|row| columns.clone().map(move |column| grid.index(column, row))) {
-            if grid.cell(index) != Cell::Free {
+            if !grid.is_drivable(index) {
                 best = f64::INFINITY;
                 break;
             }
