@@ -94,5 +94,6 @@ def test_variants_are_told_apart_by_their_kind() -> None:
 
 
 def test_a_map_is_named_by_its_content() -> None:
-    grid = OccupancyGrid.decode(golden("occupancy_grid"))
-    assert grid.identity() == grid.map
+    for name in ("occupancy_grid", "occupancy_grid.zones"):
+        grid = OccupancyGrid.decode(golden(name))
+        assert grid.identity() == grid.map

@@ -1,14 +1,15 @@
 //! Maps, named by the hash of their content.
 
-use crate::check::{checks, count, each, part, positive, shape, size, within};
+use crate::check::{checks, count, each, optional, part, positive, shape, size, within};
 use crate::limits::MAX_MAP_CELLS;
-use crate::{I8Array, Pose};
+use crate::{I8Array, Pose, U8Array};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// SHA-256 of a map's content; a byte string of 32 on the wire, 64 lower-case hexadecimal digits as text. The content
-/// is width and height (u64), resolution and origin x, y, heading (f64), then the cells, all little-endian.
+/// is width and height (u64), resolution and origin x, y, heading (f64), then the cells and, if there are any, the
+/// limits, all little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct MapId(#[serde(with = "serde_bytes")] pub [u8; 32]);
 
@@ -55,6 +56,10 @@ pub struct OccupancyGrid {
     pub origin: Pose,
     /// `[height, width]`, the row of least y first: -1 unknown, else per cent occupied, 0 to 100.
     pub cells: I8Array,
+    /// `[height, width]`, zones: per cent of a robot's greatest speed that it may drive with, 0 to 100. At 0 it must
+    /// not drive there (keepout). None if the map has no zones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<U8Array>,
     /// Hash of the rest. A reader that keeps maps by it compares the two first.
     pub map: MapId,
 }
@@ -71,6 +76,8 @@ checks! { grid: OccupancyGrid {
         shape(field, cells.len(), expected)
     };
     cells: each(within(-1.0, 100.0));
+    limits: optional(|field: &str, limits: &U8Array| shape(field, limits.len(), grid.cells.len()));
+    limits: optional(each(within(0.0, 100.0)));
 }}
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ messages! {
     GenerateReply "generate_reply" 15 * MIB;
     EvaluateRequest "evaluate_request" 13 * MIB;
     Scores "scores" 64 * KIB;
-    OccupancyGrid "occupancy_grid" MAX_MAP_CELLS + 4 * KIB;
+    OccupancyGrid "occupancy_grid" 2 * MAX_MAP_CELLS + 4 * KIB;
     InjectRequest "inject_request" 64 * MIB;
     RunStatus "run_status" 32 * MIB - 4 * KIB;
     RunResult "run_result" 31 * MIB;

@@ -72,6 +72,7 @@ mod tests {
             height: 10,
             origin: Pose { x: 0.0, y: 0.0, heading: 0.0 },
             cells: vec![0; 100].into(),
+            limits: None,
             map: curionav_schemas::MapId([0; 32]),
         };
         let track = |name, points| Track { name, colour: "#123456", points };

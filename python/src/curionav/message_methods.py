@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .array import F32, F64, I8, U32
+from .array import F32, F64, I8, U8, U32
 from .errors import DecodeError
 from .field_types import MAX_MAGNITUDE, Fault, FieldType, Integer, Scope, at, expected, wrong
 from .record import Record, field_type
@@ -271,12 +271,14 @@ class OccupancyGrid(Record):
     resolution: float
     origin: messages.Pose
     cells: I8
+    limits: U8 | None
 
     def identity(self) -> bytes:
         """SHA-256 of the content, 32 bytes: what ``map`` must be."""
         origin = self.origin
         head = struct.pack("<QQ4d", self.width, self.height, self.resolution, origin.x, origin.y, origin.heading)
-        return hashlib.sha256(head + np.ascontiguousarray(self.cells, "i1").tobytes()).digest()
+        limits = b"" if self.limits is None else np.ascontiguousarray(self.limits, "u1").tobytes()
+        return hashlib.sha256(head + np.ascontiguousarray(self.cells, "i1").tobytes() + limits).digest()
 
 
 class Trace(Record):

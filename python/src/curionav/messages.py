@@ -1065,7 +1065,7 @@ class OccupancyGrid(methods.OccupancyGrid, Message):
     """A map of cells."""
 
     NAME: ClassVar[str] = "occupancy_grid"
-    MAX_BYTES: ClassVar[int] = 15629 << 10
+    MAX_BYTES: ClassVar[int] = 31254 << 10
     width: Annotated[int, Integer(1, 16000000)]
     """cells along x"""
     height: Annotated[int, Integer(1, 16000000)]
@@ -1076,8 +1076,10 @@ class OccupancyGrid(methods.OccupancyGrid, Message):
     """outer corner of cell (0, 0)"""
     cells: Annotated[I8, Array("i8", "height", "width", low=-1, high=100)]
     """[height, width] -1..100, row of least y first; -1 unknown, else per cent occupied"""
+    limits: Annotated[U8, Array("u8", "height", "width", low=0, high=100)] | None = None
+    """[height, width] 0..100 zones: per cent of a robot's greatest speed; 0: keepout; absent: none"""
     map: MapId
-    """SHA-256 of width, height (u64), resolution, origin x, y, heading (f64), cells"""
+    """SHA-256 of width, height (u64), resolution, origin x, y, heading (f64), cells, limits"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -73,8 +73,11 @@ pub fn noise_to_wire(n: &OdometryNoise) -> wire::OdometryNoise {
 
 /// A map.
 pub fn occupancy_grid(g: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
+    let limits = g.limits.map_or_else(Vec::new, |limits| limits.0);
     OccupancyGrid::new(g.width as usize, g.height as usize, g.resolution, pose(g.origin), g.cells.0)
-        .map_err(|e| Refusal::invalid(e).at("cells"))
+        .map_err(|e| Refusal::invalid(e).at("cells"))?
+        .with_limits(limits)
+        .map_err(|e| Refusal::invalid(e).at("limits"))
 }
 
 /// A map.
@@ -85,6 +88,23 @@ pub fn occupancy_grid_to_wire(g: &OccupancyGrid) -> wire::OccupancyGrid {
         resolution: g.resolution(),
         origin: pose_to_wire(g.origin()),
         cells: g.cells().into(),
+        limits: (!g.limits().is_empty()).then(|| g.limits().into()),
         map: MapId(g.hash()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_testing::golden;
+
+    use super::*;
+
+    #[test]
+    fn maps_cross_the_wire_with_their_zones_and_names() {
+        for sent in [golden::occupancy_grid(), golden::zoned_occupancy_grid()] {
+            let grid = occupancy_grid(sent.clone()).unwrap();
+            assert_eq!(MapId(grid.hash()), sent.map);
+            assert_eq!(occupancy_grid_to_wire(&grid), sent);
+        }
     }
 }

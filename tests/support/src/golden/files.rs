@@ -6,7 +6,9 @@ use super::planning::{
     stop, tree, tree_of_two_roots, twist,
 };
 use super::sentences;
-use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
+use super::world::{
+    inject_request, occupancy_grid, run_result, run_status, service_status, zoned_occupancy_grid,
+};
 use super::{
     belief, lease, lease_request, mission, no_replica, odometry, particles, pause_reply, people, readiness,
     refused_mission, scan, scene, spotty_scan, tracked_people,
@@ -71,6 +73,7 @@ pub fn all() -> Vec<Golden> {
         golden("cycle_report.explained", &explained_cycle_report()),
         golden("memory", &memory()),
         golden("occupancy_grid", &occupancy_grid()),
+        golden("occupancy_grid.zones", &zoned_occupancy_grid()),
         golden("inject_request", &inject_request()),
         golden("run_status", &run_status()),
         golden("run_result", &run_result()),

@@ -14,7 +14,9 @@ pub use planning::{
     evaluate_request_of_positions, explained_cycle_report, generate_reply, generate_request, memory, scores,
     stop, tree, tree_of_two_roots, twist,
 };
-pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
+pub use world::{
+    inject_request, occupancy_grid, run_result, run_status, service_status, zoned_occupancy_grid,
+};
 
 use curionav_schemas::{
     Belief, Clock, Footprint, Frame, Health, LaserModel, Lease, LeaseRequest, LeaseWish, MapId, Mission,
@@ -25,6 +27,11 @@ use curionav_schemas::{
 const MAP: MapId = MapId(
     *b"\x1c\xb8\x56\x12\x80\xd7\xa2\xb9\x63\xee\x89\x2a\x88\x08\xf6\x82\
                            \xd4\xb8\xc8\x71\xfc\x5e\x3e\x16\x12\x4d\x47\xb7\x7d\x02\xa9\x71",
+);
+
+const ZONED_MAP: MapId = MapId(
+    *b"\xc6\xf0\x4b\x4e\x92\xfa\xfd\x30\x03\x2e\xcb\x96\x29\x96\xfc\xa0\
+                           \xea\x92\x3e\x60\x1e\x03\x71\xc4\xe4\x50\x5c\x0c\xaa\x16\xe1\x2e",
 );
 
 fn parameters(entries: &[(&str, Value)]) -> Value {

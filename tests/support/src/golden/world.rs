@@ -1,6 +1,6 @@
 //! Examples of maps, of what a simulated world is asked and tells, and of a service's status.
 
-use super::{MAP, parameters};
+use super::{MAP, ZONED_MAP, parameters};
 use curionav_schemas::{
     Clock, Contact, Cycles, InjectRequest, Measures, OccupancyGrid, Outcome, PeopleTrace, Pose, Prepared,
     RunResult, RunState, RunStatus, ServiceStatus, Trace,
@@ -16,8 +16,15 @@ pub fn occupancy_grid() -> OccupancyGrid {
         resolution: 0.05,
         origin: Pose { x: -1.0, y: 2.5, heading: 0.0 },
         cells: vec![0, 0, 100, -1, 0, 0, 0, 100, 100, 0, 0, 0].into(),
+        limits: None,
         map: MAP,
     }
+}
+
+/// The same map with two cells of keepout and three in which a robot is slow.
+pub fn zoned_occupancy_grid() -> OccupancyGrid {
+    let limits = vec![100, 100, 100, 100, 0, 0, 30, 30, 100, 100, 30, 100];
+    OccupancyGrid { limits: Some(limits.into()), map: ZONED_MAP, ..occupancy_grid() }
 }
 
 /// A scenario with its map.
