@@ -128,6 +128,15 @@ curionav_planning::parameters! {
         pub profile: String [name, "name a profile, such as curionav"] = "curionav".to_owned(),
         /// Distance at which the goal counts as reached.
         pub goal_tolerance: f64 [0.05, 5.0, "m", "localisation is not better, and farther away is elsewhere"] = 0.5,
+        /// Where the robot must not drive: a mask on the map, a `map_server` YAML file (beside the configuration if
+        /// relative).
+        pub keepout: Option<PathBuf> = None,
+        /// Where the robot is slower: another such file, whose values are those of Nav2's speed filter.
+        pub speed: Option<PathBuf> = None,
+        /// `base` of Nav2's `CostmapFilterInfo` for that file.
+        pub speed_base: f64 [-1e4, 1e4, "%", "no speed is so great a share of another"] = 100.0,
+        /// `multiplier` of Nav2's `CostmapFilterInfo` for that file.
+        pub speed_multiplier: f64 [-1e4, 1e4, "%", "no speed is so great a share of another"] = -1.0,
         /// Where the robot is when the gateway starts: x, y in metres and heading in radians, in the frame of the map.
         /// Without it, the first `initialpose` says so.
         pub initial_pose: Option<Vec<f64>>
@@ -221,6 +230,10 @@ impl Ros2Config {
         if Path::new(&config.mission.profile).extension().is_some() {
             let file = directory.join(&config.mission.profile);
             config.mission.profile = file.to_string_lossy().into_owned();
+        }
+        let mission = &mut config.mission;
+        for mask in [&mut mission.keepout, &mut mission.speed].into_iter().flatten() {
+            *mask = directory.join(&*mask);
         }
         Ok(config)
     }

@@ -17,6 +17,7 @@ mod gateway;
 mod goals;
 mod graph;
 mod journey;
+mod masks;
 mod node;
 mod order;
 mod pausing;

@@ -27,6 +27,7 @@ use crate::driver_client::DriverClient;
 use crate::gate::Gate;
 use crate::gateway::{Gateway, Parts};
 use crate::graph::{Graph, Used};
+use crate::masks::Masks;
 use crate::node::Node;
 use crate::order::Orders;
 use crate::problem::{Problem, ProblemKind};
@@ -43,6 +44,7 @@ struct Told {
     ros2: Ros2Config,
     limits: RobotLimits,
     orders: Orders,
+    masks: Masks,
 }
 
 impl Told {
@@ -53,7 +55,8 @@ impl Told {
             "limits: are missing; give the robot's own limits in a table [limits], as deploy/ros2.toml shows",
         )?;
         let orders = Orders::new(&config.robot, &ros2, &limits)?;
-        Ok(Self { ros2, limits, orders })
+        let masks = Masks::read(&ros2.mission)?;
+        Ok(Self { ros2, limits, orders, masks })
     }
 }
 
@@ -71,7 +74,7 @@ pub fn check(config: &ServiceConfig) -> anyhow::Result<()> {
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
-        let Told { ros2, limits, orders } = Told::read(config)?;
+        let Told { ros2, limits, orders, masks } = Told::read(config)?;
         let scanner = config.scanner.unwrap_or_default();
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
@@ -121,7 +124,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             robot_state,
         };
         let mut gateway = Gateway::new(parts, limits.tick_s);
-        let outcome = serve(&mut gateway, &mut subscriptions, shutdown).await;
+        let outcome = serve(&mut gateway, &masks, &mut subscriptions, shutdown).await;
         // The base first. The driver is told on a task of its own, which ends with this program.
         if gateway.end() {
             let told =
@@ -215,6 +218,7 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
 
 async fn serve(
     gateway: &mut Gateway,
+    masks: &Masks,
     subscriptions: &mut Subscriptions,
     mut shutdown: Shutdown,
 ) -> anyhow::Result<()> {
@@ -234,7 +238,7 @@ async fn serve(
             Event::Mission(mission) => gateway.mission(*mission),
             Event::Answer(answer) => gateway.answer(*answer),
             Event::Transforms { message, is_static } => gateway.robot_state().transforms(&message, is_static),
-            Event::Map(map) => gateway.map(map),
+            Event::Map(map) => gateway.map(map.and_then(|map| masks.on(map))),
             Event::People(people) => gateway.robot_state().people(&people),
             Event::Clock(clock) => gateway.robot_state().sim_time(&clock),
             Event::GoalPose(pose) => gateway.goal_pose(&pose),
