@@ -42,6 +42,29 @@ def test_a_map_and_a_recording_of_one_name_stay_apart(tmp_path: Path) -> None:
     assert files["hall.pgm"].startswith(b"P5")
 
 
+def test_masks_and_the_true_map_are_sent_as_the_map_is(tmp_path: Path) -> None:
+    data = hall(tmp_path)
+    for folder, pixels in (("keepout", b"P5 1 1 255 \x00"), ("truth", b"P5 1 1 255 \xff")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / f"{folder}.pgm").write_bytes(pixels)
+        (tmp_path / folder / "hall.yaml").write_text(f"image: {folder}.pgm\n")
+    data["map"]["keepout"] = "keepout/hall.yaml"
+    data["map"]["speed"] = "keepout/hall.yaml"
+    data["world"] = {"file": "truth/hall.yaml"}
+    tables, files = Scenario.from_dict(data, tmp_path).packed()
+    names = [tables["map"][key] for key in ("file", "keepout", "speed")] + [tables["world"]["file"]]
+    images = [files[name].decode() for name in names]
+    assert "hall.pgm" in images[0]
+    assert images[1:] == ["image: keepout.pgm\n"] * 2 + ["image: truth.pgm\n"]
+    assert files["truth.pgm"].endswith(b"\xff")
+    assert len(set(names)) == 4
+    # An image cannot be renamed.
+    (tmp_path / "truth" / "hall.pgm").write_bytes(b"P5 1 1 255 \x00")
+    (tmp_path / "truth" / "hall.yaml").write_text("image: hall.pgm\n")
+    with pytest.raises(ScenarioError, match=r"world\.file.*rename one of them"):
+        Scenario.from_dict(data, tmp_path).packed()
+
+
 def test_names_the_services_refuse_are_replaced(tmp_path: Path) -> None:
     data = hall(tmp_path)
     (tmp_path / ".höhle!.yaml").write_bytes((tmp_path / "maps" / "hall.yaml").read_bytes())

@@ -240,6 +240,24 @@ def test_a_laser_tells_nothing_in_the_open_and_more_between_walls() -> None:
     assert not information(np.full((10, 10), 100, np.int8), 2.0).any()
 
 
+def test_zones_are_drawn_where_the_floor_is_free() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    from curionav_view import colours  # noqa: PLC0415
+
+    plain = drive.grid()
+    limits = np.full(plain.cells.shape, 100, np.uint8)
+    limits[10:20, 10:20] = 0
+    limits[10:20, 30:40] = 30
+    limits[30:36, 50:56] = 0
+    zoned = shapes._plan(dataclasses.replace(plain, limits=limits))
+    assert tuple(zoned[15, 15]) == colours.KEEPOUT
+    assert tuple(zoned[15, 25]) == colours.FLOOR
+    assert tuple(zoned[32, 52]) == colours.WALL
+    assert (zoned[15, 35, :3] > colours.FLOOR[:3]).any()
+    assert (shapes._plan(plain)[zoned[..., 0] == colours.WALL[0]] == colours.WALL).all()
+
+
 def test_the_ellipse_holds_what_the_covariance_says() -> None:
     belief = drive.belief(0)
     strips = shapes.ellipse(belief).strips

@@ -9,6 +9,7 @@ use curionav_deployment::files;
 use curionav_picture::{Run, run_svg};
 use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
 use curionav_runtime::print::print;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
@@ -147,6 +148,8 @@ pub(crate) fn show(
     finished: Finished,
 ) -> Result<u8, Exit> {
     let Finished { result, reports, map } = finished;
+    let truth = package.truth().map_err(Exit::bad_input)?;
+    let truth = truth.as_ref().map(convert::occupancy_grid_to_wire);
     let written = out.map(|directory| {
         let robot = &package.scenario.robot;
         let picture = map.map(|map| {
@@ -154,6 +157,7 @@ pub(crate) fn show(
                 result: &result,
                 reports: &reports,
                 map: &map,
+                truth: truth.as_ref(),
                 things: &things(package),
                 goal: (robot.goal.x, robot.goal.y),
                 robot_radius: robot.model.radius(),

@@ -8,7 +8,7 @@ use curionav_deployment::scenario_reference::scenario_reference;
 use curionav_lab::{paper, suites};
 use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::GeodesicField;
+use curionav_planning::occupancy::{Cell, GeodesicField, OccupancyGrid, StaticMap};
 use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
@@ -135,6 +135,7 @@ fn sketch<'a>(package: &Package, prepared: &'a Prepared) -> SceneSketch<'a> {
         name: &scenario.name,
         description: &scenario.description,
         map: &prepared.map,
+        walls: prepared.truth.as_ref().unwrap_or(&prepared.map),
         things: things(package),
         bare: prepared.bare(),
         laser_range: range,
@@ -175,6 +176,7 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
     let survey = package.survey()?;
     said += &format!("\n  map: {survey}");
     said.extend(survey.odd.iter().map(|odd| format!("\n  map is odd: {odd}")));
+    said.extend(zones(prepared.world.map()));
     if let Some(narrow) = scenario.too_narrow(prepared.world.map()) {
         said += &format!("\n  {narrow}");
     }
@@ -198,6 +200,26 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
         said.extend(extent.odd().iter().map(|odd| format!("\n  {} is odd: {odd}", setup.file)));
     }
     Ok(said)
+}
+
+/// How much of the free floor of a map is in zones, if it has any.
+fn zones(map: &StaticMap) -> Option<String> {
+    let grid = &map.grid;
+    let free: Vec<u8> = (0..grid.cells().len())
+        .filter(|index| grid.cell(*index) == Cell::Free)
+        .map(|index| grid.limit(index))
+        .collect();
+    let percent = |count: usize| 100.0 * count as f64 / free.len().max(1) as f64;
+    let kept_out = free.iter().filter(|limit| **limit == 0).count();
+    let slow = free.iter().filter(|limit| (1..OccupancyGrid::NO_LIMIT).contains(*limit));
+    let slowest = slow.clone().min();
+    let slow = percent(slow.count());
+    let slowest =
+        slowest.map_or(String::new(), |slowest| format!(", down to {slowest} % of the greatest speed"));
+    let kept_out = percent(kept_out);
+    (!grid.limits().is_empty()).then(|| {
+        format!("\n  zones: {kept_out:.1} % of the free floor is kept out, {slow:.1} % is slow{slowest}")
+    })
 }
 
 /// Writes the scenes, which are drawn from a fixed seed, so that what is written is what is committed. Gives what the

@@ -14,6 +14,7 @@ mod beams;
 mod crowds;
 mod legs;
 pub mod lidar;
+mod maps;
 pub mod measures;
 mod motion;
 pub mod outcome;
@@ -28,6 +29,7 @@ mod walkers;
 mod walls;
 pub mod world;
 
+pub use maps::Maps;
 pub use recorded::{Recording, RecordingError};
 pub use scenario::Scenario;
 pub use world::{Observation, RecordedExtent, Touch, Truth, World};

@@ -15,6 +15,7 @@ use curionav_planning::sight::is_free;
 use crate::crowds::populated;
 use crate::legs::legs;
 use crate::lidar::{Bodies, View, silence};
+use crate::maps::Maps;
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
@@ -132,17 +133,27 @@ pub struct World {
 }
 
 impl World {
-    /// The world at t = 0. `recordings` are those the scenario names, in its order. Checks the scenario
-    /// against the map.
+    /// The world at t = 0 in which the map is true, but for its zones, which only the robot knows. `recordings` are
+    /// those the scenario names, in its order. Checks the scenario against the map.
     pub fn new(
         scenario: &Scenario,
         map: StaticMap,
         recordings: Vec<Recording>,
         seed: u64,
     ) -> Result<Self, FieldError> {
+        Self::on(scenario, Maps::of(map), recordings, seed)
+    }
+
+    /// The world at t = 0 in which the map may be wrong. Checks the scenario against both maps.
+    pub fn on(
+        scenario: &Scenario,
+        maps: Maps,
+        recordings: Vec<Recording>,
+        seed: u64,
+    ) -> Result<Self, FieldError> {
         scenario.check()?;
-        let around = Surroundings::new(&map, &scenario.world);
-        scenario.check_on(&map, around.floor())?;
+        let around = Surroundings::new(&maps.truth, &scenario.world);
+        scenario.check_on(&maps, around.floor())?;
         let scenario = &populated(scenario, around.floor(), seed)?;
         let mut world = Self {
             plant: Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, scenario.robot.start),
@@ -153,7 +164,7 @@ impl World {
             arrived: BTreeMap::new(),
             unavoidable: BTreeSet::new(),
             scenario: scenario.clone(),
-            map,
+            map: maps.given,
             around,
             past: VecDeque::new(),
             seed,
@@ -211,6 +222,11 @@ impl World {
     pub fn recorded(&self) -> impl Iterator<Item = RecordedExtent> {
         let pairs = self.scenario.recorded.iter().zip(&self.recordings);
         pairs.map(|(setup, recording)| RecordedExtent::of(setup, self.around.floor(), recording))
+    }
+
+    /// The walls that are really there.
+    pub fn walls(&self) -> &StaticMap {
+        self.around.walls()
     }
 
     /// The map that the robot is given.

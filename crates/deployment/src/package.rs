@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_datasets::locate;
-use curionav_planning::occupancy::{MapSurvey, MapYaml};
+use curionav_planning::occupancy::{MapSurvey, MapYaml, OccupancyGrid};
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
@@ -16,7 +16,7 @@ use curionav_schemas::{Clock, InjectRequest, Reject, Validate, words};
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
-use crate::built_in;
+use crate::built_in::{self, BuiltIn};
 use crate::files::{MapFiles, bytes, text as text_of};
 
 /// What may differ from the scenario file.
@@ -72,7 +72,7 @@ impl Perception {
 
 /// A scenario read from disk.
 pub struct Package {
-    /// As it is in the file, but for the names of files, which have lost their directories.
+    /// As it is in the file, but for the names of files, which are those they are sent under.
     pub scenario: Scenario,
     /// What the simulator is sent.
     pub request: InjectRequest,
@@ -81,6 +81,8 @@ pub struct Package {
     /// What the map's description says, and under what name its image is sent.
     yaml: MapYaml,
     image_name: String,
+    /// The true map, if the scenario has one of its own.
+    truth: Option<MapFiles>,
 }
 
 impl Package {
@@ -96,6 +98,16 @@ impl Package {
     pub fn survey(&self) -> anyhow::Result<MapSurvey> {
         let image = self.request.files.get(&self.image_name).map_or(&[][..], |image| image.as_slice());
         MapSurvey::new(&self.yaml, image).map_err(|e| self.fault(Some("map.file"), &e.to_string()))
+    }
+
+    /// The walls that are really there, where they are not those of the map.
+    ///
+    /// # Errors
+    /// The file of the true map is no map.
+    pub fn truth(&self) -> anyhow::Result<Option<OccupancyGrid>> {
+        let Some(truth) = &self.truth else { return Ok(None) };
+        let grid = truth.grid().map_err(|e| self.fault(Some("world.file"), &format!("{e:#}")))?;
+        Ok(Some(grid))
     }
 
     /// Why a simulator does not take this scenario, on one line.
@@ -122,28 +134,18 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     if let Some(perception) = choice.perception {
         perception.apply(&mut scenario);
     }
-    let directory = path.parent().unwrap_or(Path::new(""));
-    let mut files = BTreeMap::new();
-    let at = |field: &str| place(path, &text, Some(field));
-    let located =
-        |field: &str, file: &str| locate(file, directory).map_err(|e| anyhow::anyhow!("{}: {e}", at(field)));
-    let yaml_path = located("map.file", &scenario.map.file)?;
-    let read = match built_in {
-        Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec())),
-        None => MapFiles::read(&yaml_path),
-    };
-    let MapFiles { yaml, yaml_bytes, image_path, image } = read.with_context(|| at("map.file"))?;
-    let image_name = base_name(&image_path)?;
-    files.insert(image_name.clone(), image);
-    scenario.map.file = base_name(&yaml_path)?;
-    files.insert(scenario.map.file.clone(), yaml_bytes);
-    for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
-        let field = format!("recorded[{i}].file");
-        let recording_path = located(&field, &recorded.file)?;
-        let name = base_name(&recording_path)?;
-        recorded.file = if files.contains_key(&name) { format!("{i}-{name}") } else { name };
-        files.insert(recorded.file.clone(), bytes(&recording_path).with_context(|| at(&field))?);
+    let mut sent = Sent { path, text: &text, files: BTreeMap::new() };
+    let map = sent.map("map.file", &mut scenario.map.file, built_in)?;
+    let image_name = base_name(&map.image_path)?;
+    for (field, name) in [("map.keepout", &mut scenario.map.keepout), ("map.speed", &mut scenario.map.speed)]
+    {
+        name.as_mut().map(|name| sent.map(field, name, None)).transpose()?;
     }
+    let truth = scenario.world.file.as_mut().map(|name| sent.map("world.file", name, None)).transpose()?;
+    for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
+        sent.recording(i, &mut recorded.file)?;
+    }
+    let files = sent.files;
     let chosen = choice.planner.as_deref().unwrap_or(&scenario.planner.profile);
     let mut profile = read_profile(chosen)?;
     // What is sent is the whole profile, so that the simulator needs to know none.
@@ -162,10 +164,74 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
         clock,
         time_scale,
     };
-    let package = Package { scenario, request, path: path.to_owned(), text, yaml, image_name };
+    let package =
+        Package { scenario, request, path: path.to_owned(), text, yaml: map.yaml, image_name, truth };
     // What cannot be sent is refused here as well, so that what is fine for `check` can be run.
     package.request.validate().map_err(|reject| package.refusal(&reject))?;
     Ok(package)
+}
+
+/// What is sent with a scenario.
+struct Sent<'a> {
+    /// Of the scenario.
+    path: &'a Path,
+    text: &'a str,
+    /// By the names that they are sent under.
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+impl Sent<'_> {
+    fn located(&self, field: &str, file: &str) -> anyhow::Result<PathBuf> {
+        let directory = self.path.parent().unwrap_or(Path::new(""));
+        locate(file, directory).map_err(|e| anyhow::anyhow!("{}: {e}", self.at(field)))
+    }
+
+    fn at(&self, field: &str) -> String {
+        place(self.path, self.text, Some(field))
+    }
+
+    /// Adds the map that `name`, the value of `field`, describes. `name` becomes what it is sent under. The image is
+    /// found by what its description calls it, so it cannot have another name.
+    fn map(
+        &mut self,
+        field: &str,
+        name: &mut String,
+        built_in: Option<&BuiltIn>,
+    ) -> anyhow::Result<MapFiles> {
+        let path = self.located(field, name)?;
+        let read = match built_in {
+            Some(built_in) => MapFiles::of(&path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec())),
+            None => MapFiles::read(&path),
+        };
+        let map = read.with_context(|| self.at(field))?;
+        let image_name = base_name(&map.image_path)?;
+        if self.files.get(&image_name).is_some_and(|other| *other != map.image) {
+            bail!(
+                "{}: the image `{image_name}` has the name of another file of the scenario; rename one of them",
+                self.at(field)
+            );
+        }
+        self.files.insert(image_name, map.image.clone());
+        *name = self.free_name(field, &base_name(&path)?, &map.yaml_bytes);
+        self.files.insert(name.clone(), map.yaml_bytes.clone());
+        Ok(map)
+    }
+
+    /// Adds recording number `index`; `name` becomes what it is sent under.
+    fn recording(&mut self, index: usize, name: &mut String) -> anyhow::Result<()> {
+        let field = format!("recorded[{index}].file");
+        let path = self.located(&field, name)?;
+        let content = bytes(&path).with_context(|| self.at(&field))?;
+        *name = self.free_name(&index.to_string(), &base_name(&path)?, &content);
+        self.files.insert(name.clone(), content);
+        Ok(())
+    }
+
+    /// The name, with another before it if it is taken by other content.
+    fn free_name(&self, before: &str, name: &str, content: &[u8]) -> String {
+        let is_taken = self.files.get(name).is_some_and(|other| other != content);
+        if is_taken { format!("{before}-{name}") } else { name.to_owned() }
+    }
 }
 
 /// A planner by a built-in profile's name or a profile file.

@@ -1,7 +1,8 @@
 //! What the lines, colours and symbols mean.
 
 use super::page::{Panel, rectangle, translate};
-use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, THING, TRUTH, cost_colour};
+use super::palette::{BELIEF, CROWD, GOAL, INK, KEEPOUT, PERSON, SLOW, THING, TRUTH, cost_colour};
+use super::run::Run;
 use super::symbols::{badge, line, person, star, text};
 use super::viewport::{Viewport, px};
 use svg::node::element::{Circle, Ellipse, Group, Line};
@@ -13,9 +14,9 @@ const SYMBOL: f64 = 34.0;
 const MIDDLE: (f64, f64) = (SYMBOL / 2.0, 10.0);
 
 /// The legend in as many columns as fit into `width` pixels.
-pub(super) fn legend(width: f64, has_things: bool) -> Panel {
+pub(super) fn legend(width: f64, run: &Run<'_>) -> Panel {
     let columns = ((width / CELL.0) as usize).max(1);
-    let entries = entries(has_things);
+    let entries = entries(run);
     let rows = entries.len().div_ceil(columns);
     let mut content = Group::new();
     for (index, (symbol, words)) in entries.into_iter().enumerate() {
@@ -31,7 +32,7 @@ pub(super) fn legend(width: f64, has_things: bool) -> Panel {
     Panel { content, width: columns as f64 * CELL.0, height: rows as f64 * CELL.1 }
 }
 
-fn entries(has_things: bool) -> Vec<(Group, &'static str)> {
+fn entries(run: &Run<'_>) -> Vec<(Group, &'static str)> {
     let ellipse = Ellipse::new().set("cx", MIDDLE.0).set("cy", MIDDLE.1).set("rx", 14).set("ry", 7);
     let ellipse = ellipse.set("fill", BELIEF).set("fill-opacity", 0.1).set("stroke", BELIEF);
     let goal = circle(9.5, GOAL).set("fill-opacity", 0.15).set("stroke", GOAL).set("stroke-dasharray", "4 2");
@@ -56,8 +57,14 @@ fn entries(has_things: bool) -> Vec<(Group, &'static str)> {
         (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
         (badge(MIDDLE, 1), "planning cycle that is shown enlarged"),
     ];
-    if has_things {
+    if !run.things.is_empty() {
         entries.push((Group::new().add(thing), "thing on no map (dashed: it moves)"));
+    }
+    if run.map.limits.is_some() {
+        let zone =
+            |x: f64, fill: &str| rectangle(13.0, 10.0, fill).set("x", x).set("y", 5).set("stroke", INK);
+        let zones = Group::new().add(zone(3.0, KEEPOUT)).add(zone(18.0, SLOW));
+        entries.push((zones, "keepout, and slow floor"));
     }
     entries
 }

@@ -1,5 +1,6 @@
 //! The map's cells as a few thousand rectangles in one path, sharp at any size.
 
+use super::palette::{KEEPOUT, SLOW};
 use super::viewport::{Bounds, Viewport};
 use curionav_planning::numerics::sin_cos;
 use curionav_schemas::OccupancyGrid;
@@ -27,6 +28,33 @@ pub(super) fn definition(map: &OccupancyGrid, id: &str) -> Group {
         .set("shape-rendering", "crispEdges")
         .add(Path::new().set("fill", "#e9e9e9").set("d", outline(&unknown, size)))
         .add(Path::new().set("fill", "#3c3c3c").set("d", outline(&walls, size)))
+}
+
+/// The name of the zones in the document.
+const ZONES_ID: &str = "zones";
+/// Shares of the greatest speed, per cent, up to which floor has these colours: keepout, and the slower the darker.
+const ZONES: [(u8, &str); 4] = [(0, KEEPOUT), (33, SLOW), (66, "#f8e5c4"), (99, "#fcf3e2")];
+
+/// The zones of the map, if it has any, in units of cells; to be shown by [`zones_and_walls`].
+pub(super) fn zones(map: &OccupancyGrid) -> Option<Group> {
+    let limits = map.limits.as_ref()?;
+    let mut least = 0;
+    let zones = ZONES.into_iter().fold(Group::new().set("id", ZONES_ID), |group, (most, colour)| {
+        let is_part: Vec<bool> = limits.iter().map(|limit| (least..=most).contains(limit)).collect();
+        least = most + 1;
+        group.add(area(map, &is_part, &format!("{ZONES_ID}-{most}"), colour))
+    });
+    Some(zones)
+}
+
+/// The zones of `map`, and on them `walls`, which have been defined as `id`.
+pub(super) fn zones_and_walls(
+    map: &OccupancyGrid,
+    (walls, id): (&OccupancyGrid, &str),
+    viewport: &Viewport,
+) -> impl Iterator<Item = Use> {
+    let zones = map.limits.as_ref().map(|_| map_layer(map, ZONES_ID, viewport));
+    zones.into_iter().chain([map_layer(walls, id, viewport)])
 }
 
 /// The cells of `map` that `is_part` picks, in one colour; to be shown by [`map_layer`] as well.
@@ -171,6 +199,20 @@ mod tests {
         let text = definition(&grid(side, side, cells), "map").to_string();
         assert!(text.len() < 16 * MAX_RECTANGLES, "{} bytes", text.len());
         assert!(text.contains("h700v700"), "in larger cells all of it is wall");
+    }
+
+    #[test]
+    fn each_zone_is_drawn_in_the_colour_of_its_limit() {
+        let text = zones(&golden::zoned_occupancy_grid()).unwrap().to_string();
+        let path = |colour: &str| {
+            let at = text.find(colour).unwrap_or_else(|| panic!("no {colour} in {text}"));
+            let begin = text[..at].rfind("<path").unwrap();
+            text[begin..at + text[at..].find("/>").unwrap()].to_owned()
+        };
+        // Keepout is cells 0 and 1 of row 1; 30 per cent are cells 2 and 3 there, and cell 2 of row 2.
+        assert!(path(KEEPOUT).contains("M0 1h2v1h-2z"), "{text}");
+        assert!(path(SLOW).contains("M2 1h2v1h-2z") && path(SLOW).contains("M2 2h1v1h-1z"), "{text}");
+        assert!(zones(&golden::occupancy_grid()).is_none());
     }
 
     #[test]

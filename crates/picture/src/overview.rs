@@ -1,7 +1,7 @@
 //! The whole run on the map.
 
 use super::axes::{AXIS, on_axes, scale_bar};
-use super::map_layer::{known, map_layer};
+use super::map_layer::{known, zones_and_walls};
 use super::page::{MAP_ID, Panel, pane};
 use super::palette::{BELIEF, INK, TRUTH};
 use super::run::Run;
@@ -11,7 +11,7 @@ use super::thing::things;
 use super::trace_columns::{TraceColumns, Track};
 use super::viewport::{Bounds, Viewport};
 use curionav_planning::numerics::{hypot, sin_cos};
-use svg::node::element::Group;
+use svg::node::element::{Group, SVG};
 
 /// Free space around the way driven that is shown of a large map, m.
 const MARGIN_M: f64 = 3.0;
@@ -30,14 +30,15 @@ pub(super) fn overview(
     width: f64,
     height: f64,
 ) -> Panel {
-    let mut shown = known(run.map);
+    let mut shown = known(run.walls());
     if !trace.truth.is_empty() {
         let way = trace.truth.iter().copied().chain([run.goal]);
         shown = shown.part(Bounds::of(way).grown(MARGIN_M.max(run.goal_tolerance)), WHOLE_UP_TO);
     }
     let viewport = Viewport::fit(shown, width - AXIS.0, height - AXIS.1);
-    let inside = pane(viewport.width, viewport.height)
-        .add(map_layer(run.map, MAP_ID, &viewport))
+    let floor = zones_and_walls(run.map, (run.walls(), MAP_ID), &viewport);
+    let inside = floor
+        .fold(pane(viewport.width, viewport.height), SVG::add)
         .add(things(&viewport, run.things))
         .add(people(run, trace, &viewport))
         .add(goal(&viewport, run.goal, run.goal_tolerance))

@@ -12,6 +12,9 @@ pub(super) const PERSON: &str = "#A6457F";
 pub(super) const CROWD: &str = "#E69F00";
 /// What is on no map.
 pub(super) const THING: &str = "#B5A642";
+/// Where the robot must not drive, and where it must be slow.
+pub(super) const KEEPOUT: &str = "#f2b8b0";
+pub(super) const SLOW: &str = "#f3d3a0";
 /// The start, the chosen candidate and the text.
 pub(super) const INK: &str = "#1a1a1a";
 /// Limits and rejected candidates.

@@ -9,8 +9,10 @@ pub struct Run<'a> {
     pub result: &'a RunResult,
     /// Every planning cycle, in order; may be empty.
     pub reports: &'a [CycleReport],
-    /// Where it took place.
+    /// The map that the robot was given, with its zones.
     pub map: &'a OccupancyGrid,
+    /// The walls that were really there, if they were not those of the map.
+    pub truth: Option<&'a OccupancyGrid>,
     /// What was there besides the map.
     pub things: &'a [Thing],
     /// Where the robot was to go.
@@ -19,4 +21,11 @@ pub struct Run<'a> {
     pub robot_radius: f64,
     /// Distance at which the goal counts as reached.
     pub goal_tolerance: f64,
+}
+
+impl Run<'_> {
+    /// Where it took place.
+    pub(super) fn walls(&self) -> &OccupancyGrid {
+        self.truth.unwrap_or(self.map)
+    }
 }

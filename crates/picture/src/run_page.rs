@@ -19,7 +19,7 @@ pub fn run_svg(run: &Run<'_>) -> String {
 
     let map = overview::overview(run, trace, &shown, wide, MAP_HEIGHT);
     let beside = wide - map.width - 2.0 * GAP;
-    let legend = legend::legend(if beside >= 280.0 { beside } else { wide }, !run.things.is_empty());
+    let legend = legend::legend(if beside >= 280.0 { beside } else { wide }, run);
     if beside >= legend.width {
         column.add_beside(RIM + map.width + 2.0 * GAP, legend);
         column.add(RIM, map);
@@ -36,7 +36,9 @@ pub fn run_svg(run: &Run<'_>) -> String {
     column.add(RIM, plots::plots(run, trace, &shown, wide));
 
     let title = format!("{}, planner {}, seed {}", run.result.scenario, run.result.planner, run.result.seed);
-    let map = Definitions::new().add(map_layer::definition(run.map, MAP_ID));
+    let walls = map_layer::definition(run.walls(), MAP_ID);
+    let zones = map_layer::zones(run.map);
+    let map = zones.into_iter().fold(Definitions::new().add(walls), Definitions::add);
     let empty = document(&title, (WIDTH, column.bottom - GAP + RIM), map);
     file(&column.parts.into_iter().fold(empty, SVG::add))
 }

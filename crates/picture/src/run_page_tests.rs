@@ -1,15 +1,19 @@
 use super::*;
-use curionav_schemas::{CycleReport, RunResult};
+use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 use curionav_testing::golden;
 use svg::node::element::tag::Type;
 use svg::parser::Event;
 
 fn picture(result: &RunResult, reports: &[CycleReport]) -> String {
-    let map = &golden::occupancy_grid();
+    picture_on(&golden::occupancy_grid(), result, reports)
+}
+
+fn picture_on(map: &OccupancyGrid, result: &RunResult, reports: &[CycleReport]) -> String {
     run_svg(&Run {
         result,
         reports,
         map,
+        truth: None,
         things: &[],
         goal: (8.0, 6.5),
         robot_radius: 0.3,
@@ -77,6 +81,16 @@ fn every_candidate_of_a_moment_is_one_line_and_one_is_chosen() {
     assert_eq!(count(&svg, r#"<polyline class="candidate""#), 3);
     assert_eq!(count(&svg, r#"<polyline class="rejected""#), 3);
     assert_eq!(count(&svg, r#"class="line chosen""#), 3);
+}
+
+#[test]
+fn zones_are_drawn_and_explained_where_there_are_any() {
+    let reports = [golden::cycle_report()];
+    let zoned = picture_on(&golden::zoned_occupancy_grid(), &run(60), &reports);
+    assert_well_formed(&zoned);
+    // On the whole map and in the one cycle that is shown.
+    assert_eq!((count(&zoned, r##"href="#zones""##), count(&zoned, "keepout, and slow floor")), (2, 1));
+    assert!(!picture(&run(60), &reports).contains("zones"));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One planning cycle from close by: what could be done, what it would cost, what was chosen and why.
 
 use super::axes::axes;
-use super::map_layer::map_layer;
+use super::map_layer::zones_and_walls;
 use super::page::{MAP_ID, Panel, pane, rectangle, translate};
 use super::palette::{BELIEF, INK, TRUTH, cost_colour};
 use super::run::Run;
@@ -12,7 +12,7 @@ use super::trace_columns::TraceColumns;
 use super::viewport::Viewport;
 use curionav_planning::numerics::sin_cos;
 use curionav_schemas::{Action, CandidateSet, CycleReport, words};
-use svg::node::element::{Group, Polygon, Polyline, TSpan};
+use svg::node::element::{Group, Polygon, Polyline, SVG, TSpan};
 
 /// Half the side of the part of the map that is shown, m.
 const REACH_M: f64 = 6.0;
@@ -32,9 +32,9 @@ pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>
     let side = width - AXIS;
     let belief = &report.scene.belief;
     let viewport = Viewport::around((belief.x, belief.y), REACH_M, side);
-    let inside = pane(side, side)
-        .add(rectangle(side, side, "#fff"))
-        .add(map_layer(run.map, MAP_ID, &viewport))
+    let floor = zones_and_walls(run.map, (run.walls(), MAP_ID), &viewport);
+    let inside = floor
+        .fold(pane(side, side).add(rectangle(side, side, "#fff")), SVG::add)
         .add(things(&viewport, run.things))
         .add(obstacles(report, &viewport))
         .add(crowds(&viewport, &report.crowds))

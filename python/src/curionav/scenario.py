@@ -136,10 +136,11 @@ class Scenario:
         data = copy.deepcopy(self.data)
         data.pop("profile", None)
         files: dict[str, bytes] = {}
-        table = data.get("map")
         # What is missing here is the services' to refuse: they name the field.
-        if isinstance(table, dict) and isinstance(table.get("file"), str):
-            table["file"] = self._pack_map(self._located("map.file", table["file"]), files)
+        for name, key in (("map", "file"), ("map", "keepout"), ("map", "speed"), ("world", "file")):
+            table = data.get(name)
+            if isinstance(table, dict) and isinstance(table.get(key), str):
+                table[key] = self._pack_map(f"{name}.{key}", table[key], files)
         recordings = data.get("recorded", [])
         sent: dict[Path, str] = {}
         for index, recorded in enumerate(recordings if isinstance(recordings, list) else []):
@@ -161,15 +162,19 @@ class Scenario:
         except DatasetError as error:
             raise ScenarioError(field, str(error)) from error
 
-    def _pack_map(self, path: Path, files: dict[str, bytes]) -> str:
-        description = _read("map.file", path)
-        image = _image_of(path, description)
+    def _pack_map(self, field: str, file: str, files: dict[str, bytes]) -> str:
+        path = self._located(field, file)
+        description = _read(field, path)
+        image = _image_of(field, path, description)
         # The services look for the image under the name its description gives, so it cannot be renamed.
         name = PurePosixPath(image).name
         if not _is_sendable(name):
-            raise ScenarioError("map.file", f"the image `{name}` needs a name that is valid on every system")
-        files[name] = _read("map.file: image", path.parent / image)
-        sent = _free_name(path.name, 0, files)
+            raise ScenarioError(field, f"the image `{name}` needs a name that is valid on every system")
+        pixels = _read(f"{field}: image", path.parent / image)
+        if files.get(name, pixels) != pixels:
+            raise ScenarioError(field, f"the image `{name}` has the name of another file; rename one of them")
+        files[name] = pixels
+        sent = path.name if files.get(path.name) == description else _free_name(path.name, 0, files)
         files[sent] = description
         return sent
 
@@ -181,15 +186,15 @@ def _read(field: str, path: Path) -> bytes:
         raise ScenarioError(field, f"cannot read {path}: {error.strerror}") from error
 
 
-def _image_of(path: Path, description: bytes) -> str:
+def _image_of(field: str, path: Path, description: bytes) -> str:
     """The image that a map's description names. What else it says is the services' to check."""
     try:
         tables = yaml.safe_load(description.decode("utf-8-sig", "replace"))
     except yaml.YAMLError as error:
-        raise ScenarioError("map.file", f"{path} is not YAML: {' '.join(str(error).split())}") from error
+        raise ScenarioError(field, f"{path} is not YAML: {' '.join(str(error).split())}") from error
     image = tables.get("image") if isinstance(tables, dict) else None
     if not isinstance(image, str) or not image:
-        raise ScenarioError("map.file", f"{path} names no image; it needs a line such as `image: map.pgm`")
+        raise ScenarioError(field, f"{path} names no image; it needs a line such as `image: map.pgm`")
     return image
 
 

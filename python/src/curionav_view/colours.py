@@ -17,6 +17,10 @@ FLOOR = (30, 34, 43, 255)
 WALL = (150, 158, 174, 255)
 OBSTACLE = (186, 160, 92, 255)
 """What stands on no map."""
+KEEPOUT = (126, 44, 58, 255)
+"""Floor on which the robot must not drive."""
+SLOW = (96, 78, 30, 255)
+"""Floor on which the robot is slow: the slower, the nearer to this."""
 UNKNOWN = (16, 18, 24, 255)
 """Also the ground behind everything."""
 ROBOT = (240, 244, 250, 255)

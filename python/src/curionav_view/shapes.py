@@ -80,11 +80,19 @@ def _raster(pixels: colours.Colours, field: tuple[float, float, float, float], z
 def _plan(grid: OccupancyGrid) -> colours.Colours:
     cells = np.asarray(grid.cells)
     palette = np.array([colours.UNKNOWN, colours.FLOOR, colours.WALL], np.uint8)
-    return palette[np.where(cells < 0, 0, np.where(cells >= OCCUPIED, 2, 1))]
+    pixels = palette[np.where(cells < 0, 0, np.where(cells >= OCCUPIED, 2, 1))]
+    if grid.limits is not None:
+        limits = np.asarray(grid.limits)
+        free = (cells >= 0) & (cells < OCCUPIED)
+        share = limits[..., None] / 100.0
+        tint = share * np.array(colours.FLOOR) + (1.0 - share) * np.array(colours.SLOW)
+        pixels = np.where((free & (limits < 100))[..., None], tint.round().astype(np.uint8), pixels)
+        pixels[free & (limits == 0)] = colours.KEEPOUT
+    return pixels
 
 
 def floor(grid: OccupancyGrid) -> rr.GridMap:
-    """The map: free, wall, unknown."""
+    """The map: free, wall, unknown, and its zones."""
     return _raster(_plan(grid), (grid.origin.x, grid.origin.y, grid.origin.heading, grid.resolution), 0.0, True)
 
 

@@ -1,14 +1,15 @@
 //! From an injected scenario to a world and a mission.
 
-use curionav_crowdsim::scenario::{PeopleSource, Recorded, Scenario};
+use curionav_crowdsim::scenario::{MapFile, PeopleSource, Recorded, Scenario};
 use curionav_crowdsim::world::MOST_PEOPLE;
-use curionav_crowdsim::{Recording, World};
+use curionav_crowdsim::{Maps, Recording, World};
 use curionav_localization::LocalizerParams;
-use curionav_planning::occupancy::{MapYaml, load_map};
+use curionav_planning::occupancy::{MapYaml, MaskError, OccupancyGrid, StaticMap, load_map};
 use curionav_planning::parameters::read_table;
 use curionav_planning::profile::Profile;
 use curionav_planning::text::loose_text;
 use curionav_runtime::convert;
+use curionav_runtime::cores::Cores;
 use curionav_runtime::fields::Fields;
 use curionav_schemas::limits::MAX_PEOPLE;
 use curionav_schemas::{
@@ -26,8 +27,10 @@ const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
 pub struct Prepared {
     /// The world at t = 0.
     pub world: World,
-    /// Its map, as it is served.
+    /// The map that the robot is given, as it is served.
     pub map: wire::OccupancyGrid,
+    /// The walls that are there, if they are not those of the map.
+    pub truth: Option<wire::OccupancyGrid>,
     /// What the robot is to do.
     pub order: MissionOrder,
     /// How to plan.
@@ -50,7 +53,8 @@ impl Prepared {
 }
 
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
-/// `map.file`, its image under the name the yaml gives (without directories), and every recording.
+/// `map.file`, its image under the name the yaml gives (without directories), and every recording. The same holds for
+/// the masks of the map and for the true map.
 pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<Prepared, Reject> {
     let scenario: Scenario = convert::read_value(&request.scenario).map_err(|fault| {
         let is_whole = fault.field.is_empty();
@@ -59,23 +63,47 @@ pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<
     let localizer = localizer(&scenario)?;
     let tracker = tracker(&scenario)?;
     let profile: Profile = convert::parameters("profile", &request.profile)?;
-    let grid = {
-        let text = loose_text(file(request, "map.file", &scenario.map.file)?);
-        let text = text.map_err(|e| Refusal::invalid(e).at("map.file"))?;
-        let yaml = MapYaml::parse(&text).map_err(|e| Refusal::invalid(e).at("map.file"))?;
-        let image = yaml.image.rsplit('/').next().unwrap_or(&yaml.image);
-        let image = file(request, "map.file: image", image)?;
-        load_map(&yaml, image).map_err(|e| Refusal::invalid(e).at("map.file"))?
-    };
+    let grid = zoned(request, &scenario.map)?;
+    let truth = scenario.world.file.as_ref().map(|name| map_of(request, "world.file", name)).transpose()?;
     let recordings = (scenario.recorded.iter().enumerate())
         .map(|(i, recorded)| recording(request, i, recorded))
         .collect::<Result<_, _>>()?;
     let map = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
-    let static_map = fields.insert(grid);
-    let world = World::new(&scenario, (*static_map).clone(), recordings, seed).map_err(convert::refusal)?;
+    let wire_truth = truth.as_ref().map(convert::occupancy_grid_to_wire);
+    let given = (*fields.insert(grid)).clone();
+    let maps = match truth {
+        Some(truth) => Maps { given, truth: StaticMap::by(&Cores::all(), truth) },
+        None => Maps::of(given),
+    };
+    let world = World::on(&scenario, maps, recordings, seed).map_err(convert::refusal)?;
     let order = order(request, &scenario, &profile, (localizer, tracker), map.map, robot, seed)?;
-    Ok(Prepared { world, map, order, profile, seed })
+    Ok(Prepared { world, map, truth: wire_truth, order, profile, seed })
+}
+
+/// The map that the robot is given, with the zones of its masks.
+fn zoned(request: &InjectRequest, files: &MapFile) -> Result<OccupancyGrid, Reject> {
+    let refused = |field: &str, error: MaskError| Refusal::invalid(error).at(field);
+    let mut grid = map_of(request, "map.file", &files.file)?;
+    if let Some(name) = &files.keepout {
+        let mask = map_of(request, "map.keepout", name)?;
+        grid = grid.with_keepout(&mask).map_err(|e| refused("map.keepout", e))?;
+    }
+    if let Some(name) = &files.speed {
+        let mask = map_of(request, "map.speed", name)?;
+        grid = grid.with_speed_limits(&mask, files.speed_scale()).map_err(|e| refused("map.speed", e))?;
+    }
+    Ok(grid)
+}
+
+/// The map whose description has this name.
+fn map_of(request: &InjectRequest, field: &str, name: &str) -> Result<OccupancyGrid, Reject> {
+    let invalid = |error: String| Refusal::invalid(error).at(field);
+    let text = loose_text(file(request, field, name)?).map_err(|e| invalid(e.to_string()))?;
+    let yaml = MapYaml::parse(&text).map_err(|e| invalid(e.to_string()))?;
+    let image = yaml.image.rsplit('/').next().unwrap_or(&yaml.image);
+    let image = file(request, &format!("{field}: image"), image)?;
+    load_map(&yaml, image).map_err(|e| invalid(e.to_string()))
 }
 
 /// Roles that must report ready before a run starts.

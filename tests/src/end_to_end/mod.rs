@@ -26,3 +26,4 @@ mod slow_router;
 mod strangers;
 mod tracked;
 mod two_routers;
+mod zones;

@@ -11,6 +11,10 @@ name = "room"
 description = "Every field of a scenario."
 [map]
 file = "room.yaml"
+keepout = "unmarked.yaml"
+speed = "unmarked.yaml"
+speed_base = 100.0
+speed_multiplier = -1.0
 [robot]
 start = [1.0, 2.0, 0.0]
 goal = [5.0, 2.0]
@@ -36,6 +40,7 @@ noise_m = 0.01
 moved = [0.01, 0.0, 0.0]
 late_s = 0.1
 [world]
+file = "room.yaml"
 openings = [{ corners = [[0.0, 0.0], [0.2, 0.0], [0.2, 0.2]] }]
 [[world.objects]]
 at = [5.4, 0.6, 0.3]
@@ -160,6 +165,12 @@ impl Room {
         write("room.pgm", &pgm);
         write("room.yaml", YAML.as_bytes());
         write("people.txt", RECORDING.as_bytes());
+        // A mask without a mark: whatever its marks mean, it can be run.
+        write(
+            "unmarked.pgm",
+            &[format!("P5\n{WIDTH} {HEIGHT}\n255\n").into_bytes(), vec![254; WIDTH * HEIGHT]].concat(),
+        );
+        write("unmarked.yaml", YAML.replace("room.pgm", "unmarked.pgm").as_bytes());
         let cells = (0..WIDTH * HEIGHT).map(|i| if wall(i) { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(WIDTH, HEIGHT, 0.1, Pose2::default(), cells).unwrap();
         Self { folder, map: StaticMap::new(grid) }

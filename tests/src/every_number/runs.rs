@@ -45,6 +45,10 @@ impl Run {
         std::fs::create_dir_all(&folder).unwrap();
         let mut scenario = self.scenario.clone();
         scenario["map"]["file"] = "../room.yaml".into();
+        for mask in ["keepout", "speed"] {
+            scenario["map"][mask] = "../unmarked.yaml".into();
+        }
+        scenario["world"]["file"] = "../room.yaml".into();
         scenario["recorded"][0]["file"] = "../people.txt".into();
         scenario["name"] = format!("n{index}").into();
         let path = folder.join(format!("n{index}.toml"));

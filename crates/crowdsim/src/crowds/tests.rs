@@ -2,6 +2,7 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::occupancy::OccupancyGrid;
 
 use super::*;
+use crate::maps::Maps;
 
 /// 20 m x 12 m at 0.1 m with outer walls, and a wall at x = 10 with a door of 2 m in its middle.
 fn two_rooms() -> StaticMap {
@@ -46,7 +47,7 @@ fn every_seed_has_the_people_that_were_asked_for_where_they_have_room() {
     let robot = &scenario.robot;
     for seed in 0..30 {
         let drawn = populated(&scenario, &map, seed).unwrap();
-        drawn.check_on(&map, &map).unwrap();
+        drawn.check_on(&Maps::of(map.clone()), &map).unwrap();
         assert_eq!(drawn.walkers.len(), 1 + 25 + 11, "seed {seed}");
         for walker in &drawn.walkers[1..26] {
             assert_eq!((walker.mode, walker.route.len()), (WalkMode::BackAndForth, 3), "seed {seed}");

@@ -8,12 +8,15 @@ use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::parameters::FieldError;
 
 use super::{Scenario, WalkMode, Walker};
+use crate::maps::Maps;
 
 impl Scenario {
-    /// Whether the scenario fits its map, and the `floor` as it is at the start: start and goal are clear of walls and
-    /// connected by a way as wide as the robot, the start is clear of things, and walkers' routes touch neither. The
-    /// first fault names its field and the mend.
-    pub fn check_on(&self, map: &StaticMap, floor: &StaticMap) -> Result<(), FieldError> {
+    /// Whether the scenario fits its maps, and the `floor` as it is at the start, which is the truth and what stands
+    /// there. On the given map, start and goal are clear of walls and keepout zones, and connected by a way as wide as
+    /// the robot. On the floor the start is clear, and walkers' routes touch nothing. The first fault names its field
+    /// and the mend.
+    pub fn check_on(&self, maps: &Maps, floor: &StaticMap) -> Result<(), FieldError> {
+        let map = &maps.given;
         let radius = self.robot.model.radius();
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
@@ -23,18 +26,30 @@ impl Scenario {
             let mend = "move the goal or the start, or widen the passage between them";
             return Err(FieldError::new("robot.goal", problem, mend));
         }
-        robot_fits(floor, "robot.start", self.robot.start.position(), radius)?;
+        self.is_really_there(&maps.truth, floor, radius)
+    }
+
+    /// What takes place on the floor.
+    fn is_really_there(&self, truth: &StaticMap, floor: &StaticMap, radius: f64) -> Result<(), FieldError> {
+        let really = |fault: FieldError| match &self.world.file {
+            Some(file) => {
+                FieldError { problem: format!("{} in `world.file`, {file}", fault.problem), ..fault }
+            }
+            None => fault,
+        };
+        robot_fits(floor, "robot.start", self.robot.start.position(), radius).map_err(really)?;
         for (i, event) in self.world.events.iter().enumerate() {
             if let Some(place) = event.place() {
-                robot_fits(floor, &format!("world.events[{i}].carried_to"), place.position(), radius)?;
+                let field = format!("world.events[{i}].carried_to");
+                robot_fits(floor, &field, place.position(), radius).map_err(really)?;
             }
         }
         for (i, object) in self.world.objects.iter().enumerate() {
-            let fits = object.walker().map_or(Ok(()), |walker| walker_fits(map, "", &walker, 0.0));
-            fits.map_err(|e| FieldError { field: format!("world.objects[{i}].route"), ..e })?;
+            let fits = object.walker().map_or(Ok(()), |walker| walker_fits(truth, "", &walker, 0.0));
+            fits.map_err(|e| really(FieldError { field: format!("world.objects[{i}].route"), ..e }))?;
         }
         for (i, walker) in self.walkers.iter().enumerate() {
-            walker_fits(floor, &format!("walkers[{i}]"), walker, self.people.radius)?;
+            walker_fits(floor, &format!("walkers[{i}]"), walker, self.people.radius).map_err(really)?;
         }
         Ok(())
     }
@@ -99,7 +114,9 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     }
     let clearance = map.to_obstacle.exact_clearance(&map.grid, p);
     if clearance < radius {
-        let problem = format!("({}, {}) is {clearance:.2} m from a wall, a thing or unknown space", p.x, p.y);
+        let zone = if map.grid.limits().is_empty() { "" } else { ", a keepout zone" };
+        let problem =
+            format!("({}, {}) is {clearance:.2} m from a wall, a thing{zone} or unknown space", p.x, p.y);
         return Err(FieldError::new(field, problem, format!("keep the robot's radius, {radius} m, clear")));
     }
     Ok(())
@@ -169,6 +186,7 @@ mod tests {
     use curionav_planning::occupancy::OccupancyGrid;
 
     use super::*;
+    use crate::scenario::WorldSetup;
 
     /// 10 m x 10 m at 0.1 m; a wall at x = 5 with a gap of `gap` cells from row 40 on.
     fn two_rooms(gap: usize) -> StaticMap {
@@ -189,7 +207,7 @@ mod tests {
     #[test]
     fn a_fitting_scenario_passes() {
         let rooms = two_rooms(20);
-        scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&rooms, &rooms).unwrap();
+        scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&Maps::of(rooms.clone()), &rooms).unwrap();
     }
 
     #[test]
@@ -200,6 +218,41 @@ mod tests {
         let tight = scenario.too_narrow(&two_rooms(6)).unwrap();
         assert!((tight.width - 0.6).abs() < 1e-2 && (tight.needed - 0.66).abs() < 1e-9, "{tight:?}");
         assert!((tight.at.x - 5.05).abs() < 0.2 && (tight.at.y - 4.3).abs() < 0.1, "{tight:?}");
+    }
+
+    #[test]
+    fn what_is_in_a_keepout_zone_or_in_a_wall_of_the_truth_is_refused() {
+        let rooms = two_rooms(20);
+        let scenario = Scenario { world: truth(), ..scenario("[8, 5]", "[[1, 1], [4, 1]]") };
+        let fault = |maps: &Maps| {
+            let error = scenario.check_on(maps, &maps.truth).unwrap_err();
+            (error.field.clone(), error.to_string())
+        };
+        let zoned = |is_kept: fn(f64, f64) -> bool| {
+            let limit =
+                |i: usize| if is_kept((i % 100) as f64 / 10.0, (i / 100) as f64 / 10.0) { 0 } else { 100 };
+            let grid = rooms.grid.with_limits((0..10_000).map(limit).collect()).unwrap();
+            Maps::of(StaticMap::new(grid))
+        };
+        let (field, said) = fault(&zoned(|x, y| (x - 8.0).abs() < 0.2 && (y - 5.0).abs() < 0.2));
+        assert!(field == "robot.goal" && said.contains("a keepout zone"), "{said}");
+        // Across the gap.
+        let (field, said) = fault(&zoned(|x, _| (x - 3.5).abs() < 0.2));
+        assert!(field == "robot.goal" && said.contains("cannot be reached"), "{said}");
+        // People may walk there.
+        let beside = zoned(|x, y| (x - 3.5).abs() < 0.2 && y < 2.0);
+        scenario.check_on(&beside, &beside.truth).unwrap();
+        // Shelves of the truth where the robot starts, and where a person walks.
+        for (at, expected) in [(2.0, "robot.start"), (3.5, "walkers[0].route[0]")] {
+            let wall = |i: usize, value| if ((i % 100) as f64 / 10.0 - at).abs() < 0.2 { 100 } else { value };
+            let truth = StaticMap::new(rooms.grid.changed(wall));
+            let (field, said) = fault(&Maps { given: rooms.clone(), truth });
+            assert!(field == expected && said.contains("in `world.file`, truth.yaml"), "{said}");
+        }
+    }
+
+    fn truth() -> WorldSetup {
+        WorldSetup { file: Some("truth.yaml".to_owned()), ..WorldSetup::default() }
     }
 
     #[test]
@@ -214,7 +267,7 @@ mod tests {
             ("[8, 5]", "[[1, 1], [1, 4], [8, 1]]", 20, "walkers[0].route[1]"),
         ] {
             let rooms = two_rooms(gap);
-            let error = scenario(goal, walker).check_on(&rooms, &rooms).unwrap_err();
+            let error = scenario(goal, walker).check_on(&Maps::of(rooms.clone()), &rooms).unwrap_err();
             assert_eq!(error.field, field, "{error}");
         }
     }

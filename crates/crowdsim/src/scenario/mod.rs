@@ -13,6 +13,7 @@ mod world_setup;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{OdometryNoise, RobotModel};
+use curionav_planning::occupancy::SpeedScale;
 use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
 
@@ -89,7 +90,23 @@ curionav_planning::parameters! {
         /// A `map_server` YAML file: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a
         /// dataset.
         pub file: String [name, "name a map_server YAML file"],
-    }
+        /// Where the robot must not drive: another `map_server` YAML file, named in the same way, whose occupied cells
+        /// are marked. It has its own origin and resolution. A cell of the map is marked if its centre lies in a marked
+        /// one of this file, or the other way round. Beams and people pass there, and the robot's body stays out.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub keepout: Option<String>,
+        /// Where the robot is slower: another such file. A cell of the value v allows `speed_base + speed_multiplier *
+        /// v` per cent of the robot's greatest speed, 1 to 100. At 0, and where it is unknown, the robot is as fast as
+        /// it can be. The values are those of Nav2's speed filter: give the file the `mode` `scale` or `raw`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub speed: Option<String>,
+        /// `base` of Nav2's `CostmapFilterInfo`. Default: 100.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub speed_base: Option<f64> [-1e4, 1e4, "%", "no speed is so great a share of another"],
+        /// `multiplier` of Nav2's `CostmapFilterInfo`, which is meant to be per cent (type 1). Default: -1.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub speed_multiplier: Option<f64> [-1e4, 1e4, "%", "no speed is so great a share of another"],
+    } check Self::scales_a_mask
 }
 
 curionav_planning::parameters! {
@@ -158,6 +175,20 @@ curionav_planning::parameters! {
     }
 }
 
+impl MapFile {
+    /// The map of this file, without masks.
+    pub fn plain(file: String) -> Self {
+        Self { file, keepout: None, speed: None, speed_base: None, speed_multiplier: None }
+    }
+
+    /// What the values of the speed mask mean.
+    pub fn speed_scale(&self) -> SpeedScale {
+        let SpeedScale { base, multiplier } = SpeedScale::default();
+        let base = self.speed_base.unwrap_or(base);
+        SpeedScale { base, multiplier: self.speed_multiplier.unwrap_or(multiplier) }
+    }
+}
+
 impl Scenario {
     /// Longest scenario file read, bytes: a thousand walkers with long routes need a tenth of it.
     pub const MAX_TEXT_BYTES: usize = 4 << 20;
@@ -189,6 +220,10 @@ name = "full"
 description = "every field"
 [map]
 file = "maps/hall.yaml"
+keepout = "masks/keepout.yaml"
+speed = "masks/speed.yaml"
+speed_base = 0.0
+speed_multiplier = 0.5
 [robot]
 start = [1.0, 2, 0.5]
 goal = [8.0, 3.0]
@@ -208,6 +243,7 @@ noise_m = 0.02
 moved = [0.1, 0.0, 0.02]
 late_s = 0.2
 [world]
+file = "maps/truth.yaml"
 openings = [{ corners = [[2.0, 0.0], [3.0, 0.0], [3.0, 1.0]] }]
 [[world.objects]]
 at = [4.0, 2.0, 0.3]
@@ -348,7 +384,7 @@ weights = { cpc = 2.0 }
     #[test]
     fn a_missing_field_is_named_with_its_table() {
         for (line, field) in [
-            ("[map]\nfile = \"maps/hall.yaml\"", "map"),
+            ("file = \"maps/hall.yaml\"", "map.file"),
             ("goal = [8.0, 3.0]", "robot.goal"),
             ("route = [[6.0, 6.0]]", "walkers[1].route"),
             ("fps = 25.0", "recorded[0].fps"),
@@ -365,6 +401,7 @@ weights = { cpc = 2.0 }
         assert_refused("[4.0, 1.0]]", "[nan, 1.0]]", "walkers[0].route[1][0]");
         assert_refused("goal = [8.0, 3.0]", "goal = [inf, 3.0]", "robot.goal[0]");
         assert_refused("v_max = 0.8", "v_max = 0", "robot.model.v_max");
+        assert_refused("speed_base = 0.0", "speed_base = nan", "map.speed_base");
         assert_refused("fps = 25.0", "fps = 0", "recorded[0].fps");
         assert_refused("start_until_s = 40.0", "start_until_s = 4.0", "recorded[0].start_until_s");
         assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");

@@ -2,7 +2,7 @@
 
 use curionav_planning::parameters::FieldError;
 
-use super::{Clock, Recorded, Scenario, WalkMode, Walker};
+use super::{Clock, MapFile, Recorded, Scenario, WalkMode, Walker};
 
 /// Most ticks of a run: a day at 0.1 s.
 const MAX_TICKS: f64 = 864_000.0;
@@ -34,6 +34,16 @@ impl Scenario {
             &format!("and walkers are {people} people"),
             &format!("have at most {MAX_WALKERS}"),
         )
+    }
+}
+
+impl MapFile {
+    pub(super) fn scales_a_mask(&self) -> Check {
+        let scale = [("speed_base", self.speed_base), ("speed_multiplier", self.speed_multiplier)];
+        let given = scale.into_iter().find(|(_, number)| number.is_some() && self.speed.is_none());
+        given.map_or(Ok(()), |(field, _)| {
+            require(false, field, "scales no mask", "name one in `speed`, or leave it out")
+        })
     }
 }
 

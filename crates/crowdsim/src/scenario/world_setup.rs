@@ -21,6 +21,11 @@ curionav_planning::parameters! {
     /// What really is, where the map says otherwise. Laser, bodies and people meet it. Neither localiser nor planner is
     /// told. People know what is there at the start, and walk around what comes later if they avoid each other.
     pub struct WorldSetup {
+        /// What is really there: a `map_server` YAML file, named as that of the map, of any origin and resolution in
+        /// the frame of the map. Laser, collisions, people and pictures take their walls from it, and `openings` are
+        /// in it. Outside it nothing can be driven. By default the map is true.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub file: Option<String> = None,
         /// Parts of the floor where the walls of the map are gone.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         pub openings: Vec<Region> [table; 0.0, 64.0, "with more, draw another map"] = Vec::new(),

@@ -124,7 +124,7 @@ fn files(scene: &PaperScene) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_crowdsim::Scenario;
+    use curionav_crowdsim::{Maps, Scenario};
 
     #[test]
     fn the_scenarios_on_real_maps_are_well_formed() {
@@ -142,7 +142,7 @@ mod tests {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
             let scenario = Scenario::from_toml(&toml).unwrap();
             assert_eq!(scenario, scene.scenario);
-            scenario.check_on(&scene.map, &scene.map).unwrap();
+            scenario.check_on(&Maps::of(scene.map.clone()), &scene.map).unwrap();
         }
     }
 }

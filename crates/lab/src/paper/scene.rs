@@ -57,7 +57,7 @@ impl PaperScene {
 /// A scenario with everything at its default but its task, and without people.
 pub(crate) fn task(name: &str, description: &str, map_file: &str, start: Pose2, goal: Point2) -> Scenario {
     Scenario {
-        map: MapFile { file: map_file.to_owned() },
+        map: MapFile::plain(map_file.to_owned()),
         name: name.to_owned(),
         description: description.to_owned(),
         robot: RobotSetup {
