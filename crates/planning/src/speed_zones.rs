@@ -8,9 +8,9 @@ use crate::occupancy::OccupancyGrid;
 /// driven for `held` seconds.
 ///
 /// The centre of the robot counts. A zone at a distance d allows the speed u with `d = u * held + (u^2 - v^2) / (2 a)`,
-/// where v is the speed inside and a the robot's acceleration: for as long as a decision is driven, the robot can still
-/// brake to v before the zone. As the robot comes nearer at that speed, it falls by less than a per second, so braking
-/// never has to be harder than the robot can. The least of all zones counts, also of those behind walls.
+/// where v is the speed inside and a the robot's acceleration: a robot at u that drives on for as long as a decision
+/// may be driven can still brake to v before the zone. As it comes nearer at u, u falls by less than a per second, so
+/// braking never has to be harder than the robot can. The least of all zones counts, also of those behind walls.
 pub fn allowed_share(robot: &RobotModel, grid: &OccupancyGrid, here: Point2, held: f64) -> f64 {
     if grid.limits().is_empty() {
         return 1.0;
@@ -86,27 +86,41 @@ mod tests {
         }
     }
 
+    /// A robot on its way along the corridor.
+    #[derive(Clone, Copy)]
+    struct Moving {
+        x: f64,
+        v: f64,
+    }
+
+    impl Moving {
+        /// Drives as fast as it may for some seconds, in a world where from x = 10 m on `most` m/s are allowed.
+        fn drive(mut self, robot: &RobotModel, seconds: f64, most: f64) -> Self {
+            const H: f64 = 0.01;
+            for _ in 0..(seconds / H).round() as usize {
+                self.v = robot.limit_speed(self.v, 1.0, H);
+                self.x += self.v * H;
+                assert!(self.x < 10.0 || self.v <= most + 1e-9, "{} m/s at {} m", self.v, self.x);
+            }
+            self
+        }
+    }
+
     #[test]
     fn who_plans_with_the_share_arrives_slow_enough_and_never_brakes_harder_than_it_can() {
-        // With decisions that are held to their end, and with new ones ten times a second; braking is ever as late as
-        // the share allows.
         for (period, limit, a_max) in
-            [(0.1, 30, 0.5), (0.3, 10, 0.5), (1.2, 30, 0.5), (0.1, 5, 0.2), (0.6, 50, 2.0)]
+            [(0.1, 30, 0.5), (0.3, 30, 0.5), (0.3, 10, 0.5), (0.3, 5, 0.2), (0.3, 50, 2.0)]
         {
             let robot = RobotModel { a_max, ..RobotModel::default() };
             let grid = corridor(limit);
             let most = f64::from(limit) / 100.0;
-            let (mut x, mut v) = (0.5, 1.0);
-            while x < 15.0 {
-                let v_max = robot.slowed(allowed_share(&robot, &grid, Point2::new(x, 0.45), HELD)).v_max;
-                let (mut left, h) = (period, 0.01);
-                while left > 1e-9 {
-                    v = robot.slowed(v_max).limit_speed(v, 1.0, h);
-                    x += v * h;
-                    left -= h;
-                    assert!(x < 10.0 || v <= most + 1e-9, "{v} at {x}, every {period} s to {limit} %");
-                }
-                assert!(v <= v_max + 1e-9, "{v} is more than {v_max} at {x}: it did not brake in time");
+            let mut at = Moving { x: 0.5, v: 1.0 };
+            while at.x < 12.0 {
+                let slowed = robot.slowed(allowed_share(&robot, &grid, Point2::new(at.x, 0.45), HELD));
+                // Whatever comes after a decision, it may be held to its end.
+                at.drive(&slowed, HELD, most);
+                at = at.drive(&slowed, period, most);
+                assert!(at.v <= slowed.v_max + 1e-9, "it did not brake in time: {} m/s at {} m", at.v, at.x);
             }
         }
     }
