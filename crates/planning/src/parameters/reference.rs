@@ -21,7 +21,7 @@ fn table(text: &mut String, path: &str, fields: &[Field], defaults: Option<&toml
         let holds = match (field.kind, field.ty) {
             (Kind::Numbers(ranges, _), _) => numbers(field, ranges, entries),
             (Kind::Words(_), _) => "one of the words below".to_owned(),
-            (_, "String") => "text".to_owned(),
+            (_, "String" | "Option<String>") => "text".to_owned(),
             (_, "bool") => "true or false".to_owned(),
             (_, "Option<toml::Table>") => "table".to_owned(),
             // Of no file: the program fills it in.
