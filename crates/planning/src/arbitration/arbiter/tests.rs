@@ -2,7 +2,7 @@ use std::cell::Cell;
 
 use super::*;
 use crate::collision::Obstacle;
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Twist};
 use crate::numerics::sin_cos;
 use crate::profile::Normalisation;
 
