@@ -162,10 +162,10 @@ PreviousState = Annotated[dict[str, Any], coded({
 
 
 Reason = Annotated[dict[str, Any], coded({
-    "arrived": {}, "least_cost": {}, "last_to_collide": {}, "least_cost_free": {}, "only_slow_free": {},
-    "no_candidates": {"previous": PreviousState}, "not_scored": {"term": Name, "previous": PreviousState},
-    "none_free": {"previous": PreviousState}, "mission_not_running": {"state": MissionState}, "not_prepared": {},
-    "people_unknown": {}, "no_way_to_goal": {},
+    "arrived": {}, "turns_to_heading": {}, "least_cost": {}, "last_to_collide": {}, "least_cost_free": {},
+    "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
+    "not_scored": {"term": Name, "previous": PreviousState}, "none_free": {"previous": PreviousState},
+    "mission_not_running": {"state": MissionState}, "not_prepared": {}, "people_unknown": {}, "no_way_to_goal": {},
 })]
 """Why a cycle was decided as it was: a `code` and its parameters."""
 
@@ -402,6 +402,8 @@ class Scene(methods.Scene, Message):
     """in the map frame"""
     obstacles: Annotated[U32, Array("u32", "*", high=2**32 - 1, limit=8192)] | None = None
     """[* <= 8192] what stands on no map: first cell of a run and cells in it, in turn; ascending"""
+    passage_m: Number | None = None
+    """m, the least room that the way ahead leaves beside the robot, if that is little"""
     uncertain: bool
     """localisation counts as uncertain (with hysteresis)"""
     in_place_s: NonNegative

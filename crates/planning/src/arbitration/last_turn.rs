@@ -9,6 +9,8 @@ use crate::trajectory::Trajectory;
 /// The robot has the heading that is asked for if it misses it by no more, radians: half of what people see at a
 /// glance, and more than a localiser errs by.
 const WITHIN: f64 = 0.09;
+/// A robot that turns more slowly stands, rad/s.
+const STANDS: f64 = 0.1;
 /// After so long at its goal a robot that has not come to the heading stays as it is, seconds.
 const PATIENCE: f64 = 20.0;
 /// Steps of integration for each state.
@@ -26,7 +28,7 @@ pub(super) fn turn(
     dt: f64,
 ) -> Option<Trajectory> {
     let (mut pose, mut twist) = scene.belief.motion();
-    let is_there = wrap_angle(heading - pose.heading).abs() <= WITHIN;
+    let is_there = wrap_angle(heading - pose.heading).abs() <= WITHIN && twist.omega.abs() <= STANDS;
     if is_there || scene.in_place >= PATIENCE {
         return None;
     }

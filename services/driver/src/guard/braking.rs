@@ -38,6 +38,8 @@ pub(super) struct Approaching {
 
 /// Room kept between the robot's disc and anything the scan shows, metres, while it is hardly moving.
 const MARGIN_AT_REST: f64 = 0.015;
+/// Up to this speed noise is averaged away, m/s. A faster robot keeps away from the nearest of noisy points.
+const SMOOTHED_UP_TO: f64 = 0.5;
 /// How much more per speed, seconds: what the base misses a command by, and what the noise of a scan hides.
 const MARGIN_PER_SPEED: f64 = 0.1;
 /// The most of it, metres.
@@ -67,13 +69,15 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    /// Takes the points that were seen and that the robot can reach with `way` metres.
-    pub(super) fn gather(&mut self, seen: &[&Sweep], robot: &Approaching, way: f64) {
+    /// Takes the points that were seen and that the robot can reach until it stands, if it is told to drive at `told` m/s.
+    pub(super) fn gather(&mut self, seen: &[&Sweep], robot: &Approaching, told: f64) {
+        let way = robot.way(told);
+        let is_slow = told.max(robot.speed) <= SMOOTHED_UP_TO;
         self.x.clear();
         self.y.clear();
         self.nearest.clear();
         let farthest = (robot.radius + MARGIN + way) * (robot.radius + MARGIN + way);
-        for (x, y) in seen.iter().flat_map(|sweep| sweep.smooth_x.iter().zip(&sweep.smooth_y)) {
+        for (x, y) in seen.iter().flat_map(|sweep| sweep.points(is_slow)) {
             let dx = x - robot.pose.x;
             let dy = y - robot.pose.y;
             let squared = dx * dx + dy * dy;

@@ -178,7 +178,7 @@ impl Guard {
             return Verdict::Safe;
         }
         let robot = self.approaching(situation);
-        self.standing.gather(&seen, &robot, robot.way(told.v));
+        self.standing.gather(&seen, &robot, told.v);
         let cap = zone.unwrap_or(f64::INFINITY).min(self.speed_near_movers(&robot));
         let wanted = told.v.min(cap);
         let brakes = situation.stopping.a_max * situation.period;

@@ -139,6 +139,12 @@ impl Sweep {
         }
     }
 
+    /// Where beams have met something, as it is or `smooth`; not numbers where they have not.
+    pub(super) fn points(&self, smooth: bool) -> impl Iterator<Item = (&f64, &f64)> {
+        let (x, y) = if smooth { (&self.smooth_x, &self.smooth_y) } else { (&self.x, &self.y) };
+        x.iter().zip(y)
+    }
+
     /// Whether this beam has met something.
     pub(super) fn is_hit(&self, beam: usize) -> bool {
         !self.x[beam].is_nan()

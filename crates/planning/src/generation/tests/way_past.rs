@@ -68,10 +68,10 @@ fn a_robot_that_has_lost_patience_is_offered_a_way_past_who_stands_there() {
         (0..set.len()).any(|i| set.end(i).position().y > 14.0)
     };
     // The less room there is, the fewer ways lead past.
-    let places = (0..12).map(|k| 14.6 + 0.05 * f64::from(k));
+    let places = (0..40).map(|k| 14.7 + 0.01 * f64::from(k));
     let alone = places.clone().filter(|x| passes(*x, false)).count();
     let offered = places.filter(|x| passes(*x, true)).count();
-    assert!(offered > alone, "{offered} and {alone} of 12");
+    assert!(offered > alone, "{offered} and {alone} of 40");
 }
 
 #[test]
