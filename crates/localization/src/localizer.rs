@@ -64,6 +64,9 @@ struct Anchor {
 /// of which the likeliest is kept.
 const SEARCH_LIMIT: f64 = 300.0;
 
+/// An estimate with a greater deviation on its worst axis is not refined, metres.
+const REFINED_SIGMA: f64 = 0.1;
+
 /// Ticks a nanosecond early still count as a full interval.
 const CLOCK_ROUNDING: f64 = 1e-9;
 
@@ -237,17 +240,22 @@ impl Localizer {
         observed
     }
 
-    /// Moves an estimate that can be relied on to where the scan fits best.
+    /// Moves an estimate that is known well to where the scan fits best. Any other may lie nearer to the wrong wall.
     fn refine(&mut self, scan: &Scan<'_>) {
-        let surfaces = self.surfaces.as_ref().filter(|_| self.health.converged);
+        let is_known = self.health.converged && self.position_sigma() <= REFINED_SIGMA;
+        let surfaces = self.surfaces.as_ref().filter(|_| is_known);
         if let Some(pose) = surfaces.and_then(|it| it.refined(self.pose, &self.covariance, scan)) {
             self.pose = pose;
         }
     }
 
     fn is_narrow(&self) -> bool {
+        self.position_sigma() <= self.params.converged_sigma
+    }
+
+    fn position_sigma(&self) -> f64 {
         let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
-        belief.position_sigma() <= self.params.converged_sigma
+        belief.position_sigma()
     }
 
     fn check_fit(&mut self, laser: Pose2, metres: f64, seconds: f64) {
