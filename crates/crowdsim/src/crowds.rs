@@ -76,7 +76,8 @@ impl<'a> Floor<'a> {
     fn new(scenario: &'a Scenario, map: &'a StaticMap) -> Self {
         let robot = &scenario.robot;
         let keep = scenario.people.radius + WALL_GAP_M;
-        let reached = reachable(map, robot.start.position(), |cell| has_room(map, cell, robot.model.radius()));
+        let reached =
+            reachable(map, robot.start.position(), |cell| has_room(map, cell, robot.model.radius()));
         Self {
             scenario,
             map,

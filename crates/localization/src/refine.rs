@@ -103,10 +103,8 @@ impl Surfaces {
             // From the robot, in the axes of the map.
             let end = turned(*at);
             let along = turned(*along);
-            let before = Point2::new(
-                pose.x + end.x - BEFORE_M * along.x,
-                pose.y + end.y - BEFORE_M * along.y,
-            );
+            let before =
+                Point2::new(pose.x + end.x - BEFORE_M * along.x, pose.y + end.y - BEFORE_M * along.y);
             let Some((metres, slope)) = self.at(before) else {
                 fit.error += scale * scale / (SIGMA_M * SIGMA_M);
                 continue;

@@ -89,7 +89,9 @@ impl FootprintShape {
             return true;
         }
         let reach = self.circumscribed + margin;
-        if grid.to_edge(pose.position()) > reach && map.to_obstacle.least_clearance(grid, pose.position()) > reach {
+        if grid.to_edge(pose.position()) > reach
+            && map.to_obstacle.least_clearance(grid, pose.position()) > reach
+        {
             return false;
         }
         self.near_any_cell(pose, map, margin)

@@ -35,7 +35,8 @@ pub async fn plan<P: Peers>(
     let moment = Moment { tick: observation.belief.tick, stamp: observation.belief.stamp };
     let belief = convert::belief(&observation.belief);
     let people = convert::people_at(&observation.people, &belief, moment.stamp);
-    let braked_for = memory.braked_for(moment.stamp).filter(|_| !course.is_beside_wall(belief.pose.position()));
+    let braked_for =
+        memory.braked_for(moment.stamp).filter(|_| !course.is_beside_wall(belief.pose.position()));
     let observer = &mut memory.carried.observer;
     if let Some(seconds) = braked_for {
         observer.observe_braking(&course.profile, &course.robot, belief.pose, moment.stamp, seconds);

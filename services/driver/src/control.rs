@@ -218,9 +218,8 @@ mod tests {
     fn what_is_ahead_of_the_clock_is_no_younger_than_what_is_too_old() {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
-        let reason = |b: &Belief, s: &Scan| {
-            command(&inputs(&odometry, b, s, &decision, &robot), &mut guard()).reason
-        };
+        let reason =
+            |b: &Belief, s: &Scan| command(&inputs(&odometry, b, s, &decision, &robot), &mut guard()).reason;
         // A tick ahead is on another way from the base; 40 s ahead is of the time before it started over.
         let (mut ahead, mut before) = (belief.clone(), belief.clone());
         (ahead.stamp, before.stamp) = (10.1, 50.0);
@@ -236,9 +235,8 @@ mod tests {
     fn it_follows_while_it_tracks_and_while_it_makes_way_and_never_when_it_stops() {
         let robot = RobotModel::default();
         let (odometry, belief, mut scan, decision) = moving();
-        let told = |s: &Scan, d: &Decision| {
-            command(&inputs(&odometry, &belief, s, d, &robot), &mut guard()).reason
-        };
+        let told =
+            |s: &Scan, d: &Decision| command(&inputs(&odometry, &belief, s, d, &robot), &mut guard()).reason;
         assert!(told(&scan, &decision).follows());
         let stop = Decision { action: Action::Stop, ..decision.clone() };
         assert!(!told(&scan, &stop).follows());

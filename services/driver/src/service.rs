@@ -439,7 +439,6 @@ impl Driver {
     }
 }
 
-
 /// Why the mission lets nothing move, if it does not run.
 fn not_running(state: MissionState) -> Option<CommandReason> {
     match state {

@@ -253,10 +253,7 @@ fn a_door_is_passed_or_said_to_be_too_narrow() {
     for (cells, is_narrow) in [(13, true), (14, false), (16, false), (20, false)] {
         room.put("room.pgm", door(cells));
         let (fine, said) = room.check();
-        assert!(
-            fine && said.contains("the way is too narrow for this robot") == is_narrow,
-            "{said}"
-        );
+        assert!(fine && said.contains("the way is too narrow for this robot") == is_narrow, "{said}");
         if is_narrow {
             assert!(said.contains(", and planners need 0.66 m"), "{said}");
         } else {

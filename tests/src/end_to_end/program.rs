@@ -125,6 +125,8 @@ pub(crate) struct MetricsJson {
     pub(super) tce_s: Option<f64>,
     pub(super) td: f64,
     pub(super) md_m: Option<f64>,
+    pub(super) td_in_view: f64,
+    pub(super) md_in_view_m: Option<f64>,
     pub(super) nt: u32,
     pub(super) vel_mps: f64,
     pub(super) length_m: f64,

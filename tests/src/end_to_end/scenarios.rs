@@ -32,6 +32,7 @@ fn the_paper_scenario_is_reached_without_collision() {
             (m.vel_mps - m.length_m / m.time_s).abs() < 0.02 && m.md_m.is_some() && m.clearance_min_m > 0.0
         );
         assert!((0.0..=1.0).contains(&m.td) && (0.0..=1.0).contains(&m.tcm) && m.rmse_m < 0.5);
+        assert!(m.td_in_view <= m.td && m.md_in_view_m >= m.md_m, "{json:?}");
         assert!(json.cycles.p50_ms <= json.cycles.p99_ms && json.cycles.p99_ms <= json.cycles.max_ms);
         // What it says of its speed cannot be less than what was measured around it.
         assert!(json.real_time_factor >= json.metrics.time_s / begin.elapsed().as_secs_f64(), "{json:?}");

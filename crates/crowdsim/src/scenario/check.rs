@@ -91,7 +91,8 @@ impl Scenario {
         if passes(half) {
             return None;
         }
-        let way = GeodesicField::new(map, self.robot.goal, radius).descend(start, 0.5 * map.grid.resolution());
+        let way =
+            GeodesicField::new(map, self.robot.goal, radius).descend(start, 0.5 * map.grid.resolution());
         let room = |p: &Point2| map.to_obstacle.exact_clearance(&map.grid, *p);
         let at = way.into_iter().min_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(self.robot.goal);
         Some(NarrowPlace { at, width: 2.0 * widest(radius, half, passes), needed: 2.0 * half })

@@ -1,7 +1,8 @@
 //! Taking the best candidate that can be driven, or saying why none can.
 
 use crate::arbitration::{
-    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, last_turn, total_costs,
+    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, last_turn,
+    total_costs,
 };
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker, CollisionParams};

@@ -133,7 +133,8 @@ impl DistanceField {
         // In cells. The nearest target's centre lies in a ring, whose width is what the field leaves open.
         let to_centre = self.cell(row * self.width + column) / self.resolution;
         let off = hypot(x - column as f64 - 0.5, y - row as f64 - 0.5);
-        let ring = to_centre - off - ROUNDING..to_centre + off + std::f64::consts::FRAC_1_SQRT_2 - 0.5 + ROUNDING;
+        let ring =
+            to_centre - off - ROUNDING..to_centre + off + std::f64::consts::FRAC_1_SQRT_2 - 0.5 + ROUNDING;
         let mut least = f64::INFINITY;
         for row in within(y, ring.end, self.height) {
             let dy = beside(y, row as f64);
