@@ -172,13 +172,18 @@ impl Localizer {
     /// clock, and the scan of the tick. Always answers; takes the scan in when the robot has moved or turned
     /// enough since the last one, or `update_max_interval` has passed (D7).
     pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
+        let before = self.pose;
         let due = self.dead_reckon(odometry, stamp);
+        let has_moved = self.pose != before;
         let observed = due.is_some_and(|(motion, seconds)| {
             let observed = self.filter(&motion, seconds, scan);
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
-        self.refine(scan);
+        // Otherwise the pose is the refined one still.
+        if observed || has_moved {
+            self.refine(scan);
+        }
         Estimate { pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
     }
 
