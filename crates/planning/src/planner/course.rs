@@ -157,8 +157,8 @@ impl Course {
         self.map.to_obstacle.clearance(&self.map.grid, p, near) < near
     }
 
-    /// The least room beside the robot on the next [`PASSAGE_AHEAD`] metres of the way from `start`, metres; none where
-    /// it is [`PASSAGE_WIDE`] or more. A footprint that is no disc is taken lengthwise, as it goes through a door.
+    /// The least room beside the robot on the next 3 m of the way from `start`, metres; none where it is 0.3 m or more.
+    /// A footprint that is no disc is taken lengthwise, as it goes through a door.
     pub fn passage(&self, start: Point2) -> Option<f64> {
         let way = self.geodesic.descend_for(start, WAY_SPACING, PASSAGE_AHEAD);
         let radius = FootprintShape::from(&self.robot.footprint).inscribed_radius();
