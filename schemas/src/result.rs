@@ -43,11 +43,11 @@ pub struct Measures {
     /// Least distance between the centres of the robot and any person, m; absent if there were no people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub md_m: Option<f64>,
-    /// The fraction of `td` among people whom no wall hides from the robot, 0..1; absent in results of older programs.
+    /// The fraction of `td` among people that no wall hides from the robot, 0..1; absent in results of older programs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub td_in_view: Option<f64>,
-    /// Least distance between the centres of the robot and a person whom no wall hides from it, m; absent if there never
-    /// was one.
+    /// Least distance between the centres of the robot and a person that no wall hides from it, m; absent if there
+    /// never was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub md_in_view_m: Option<f64>,
     /// Times the robot came closer than comfortable.

@@ -205,21 +205,24 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
 /// How much of the free floor of a map is in zones, if it has any.
 fn zones(map: &StaticMap) -> Option<String> {
     let grid = &map.grid;
-    let free: Vec<u8> = (0..grid.cells().len())
-        .filter(|index| grid.cell(*index) == Cell::Free)
-        .map(|index| grid.limit(index))
-        .collect();
-    let percent = |count: usize| 100.0 * count as f64 / free.len().max(1) as f64;
-    let kept_out = free.iter().filter(|limit| **limit == 0).count();
-    let slow = free.iter().filter(|limit| (1..OccupancyGrid::NO_LIMIT).contains(*limit));
-    let slowest = slow.clone().min();
-    let slow = percent(slow.count());
+    if grid.limits().is_empty() {
+        return None;
+    }
+    let free = (0..grid.cells().len()).filter(|index| grid.cell(*index) == Cell::Free);
+    let limits: Vec<u8> = free.map(|index| grid.limit(index)).collect();
+    let kept_out = limits.iter().filter(|limit| **limit == 0).count();
+    let slow: Vec<u8> =
+        limits.iter().copied().filter(|limit| (1..OccupancyGrid::NO_LIMIT).contains(limit)).collect();
+    let kept_out = percent(kept_out, limits.len());
     let slowest =
-        slowest.map_or(String::new(), |slowest| format!(", down to {slowest} % of the greatest speed"));
-    let kept_out = percent(kept_out);
-    (!grid.limits().is_empty()).then(|| {
-        format!("\n  zones: {kept_out:.1} % of the free floor is kept out, {slow:.1} % is slow{slowest}")
-    })
+        slow.iter().min().map_or(String::new(), |share| format!(", down to {share} % of the greatest speed"));
+    let slow = percent(slow.len(), limits.len());
+    Some(format!("\n  zones: {kept_out:.1} % of the free floor is kept out, {slow:.1} % is slow{slowest}"))
+}
+
+/// A part of a number in per cent; none of none.
+fn percent(part: usize, of: usize) -> f64 {
+    100.0 * part as f64 / of.max(1) as f64
 }
 
 /// Writes the scenes, which are drawn from a fixed seed, so that what is written is what is committed. Gives what the

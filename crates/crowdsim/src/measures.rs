@@ -1,8 +1,8 @@
 //! The paper's nine measures of a run, the time until the error is small, collisions and the least gap; the standard
 //! social measures are in [`social`].
 //!
-//! Distances to people are between centres (A28), except the gap. TD and MD are measured twice: of all people, as in the
-//! paper, and of those whom no wall hides from where the robot truly is. Every row stands for the time since the
+//! Distances to people are between centres (A28), except the gap. TD and MD are measured twice: of all people, as in
+//! the paper, and of those that no wall hides from where the robot truly is. Every row stands for the time since the
 //! row before it; the first has none.
 
 pub mod social;
@@ -50,9 +50,9 @@ pub struct Measures {
     pub td: f64,
     /// Least distance to a person, metres; none when no person was ever there.
     pub md_m: Option<f64>,
-    /// The share of `td` among people whom no wall hides from the robot, 0 to 1.
+    /// The share of `td` among people that no wall hides from the robot, 0 to 1.
     pub td_in_view: f64,
-    /// Least distance to a person whom no wall hides from the robot, metres; none when there never was one.
+    /// Least distance to a person that no wall hides from the robot, metres; none when there never was one.
     pub md_in_view_m: Option<f64>,
     /// Times a person came nearer than the comfortable distance.
     pub nt: u32,

@@ -35,6 +35,7 @@ mod refine;
 mod resampling;
 mod scan;
 mod scan_fit;
+mod surfaces;
 mod weighting;
 
 pub use estimate::{Estimate, Health};

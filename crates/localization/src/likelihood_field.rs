@@ -3,9 +3,10 @@
 
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::{exp, ln, sin_cos};
-use curionav_planning::occupancy::{Cell, DistanceField, RayCaster, StaticMap};
+use curionav_planning::occupancy::{RayCaster, StaticMap};
 
 use crate::params::{LaserLikelihood, LocalizerParams};
+use crate::surfaces::Surfaces;
 
 /// One score per cell, looked up for every beam of every particle. For the prob model the score is ln
 /// p(z), for the plain one p(z)^3, with `p(z) = z_hit exp(-d^2 / (2 sigma_hit^2)) + z_rand / range_max`
@@ -45,16 +46,16 @@ impl FieldPose {
 }
 
 impl LikelihoodField {
-    pub(crate) fn new(map: &StaticMap, range_max: f64, params: &LocalizerParams) -> Self {
+    pub(crate) fn new(surfaces: &Surfaces, range_max: f64, params: &LocalizerParams) -> Self {
+        let map = &surfaces.map;
         let (width, height) = map.to_occupied.size();
         let stride = width + 2;
         let mut scores = vec![score(params.max_distance, range_max, params); stride * (height + 2)];
-        let surface = to_surface(map);
         let mut known = Known::new(|distance| score(distance, range_max, params));
-        for (row, distances) in surface.chunks_exact(width).enumerate() {
+        for (row, distances) in surfaces.metres.chunks_exact(width).enumerate() {
             let start = (row + 1) * stride + 1;
             for (cell, &distance) in scores[start..start + width].iter_mut().zip(distances) {
-                *cell = known.score(distance);
+                *cell = known.score(distance.abs());
             }
         }
         Self {
@@ -172,20 +173,16 @@ impl<F: Fn(f64) -> f32> Known<F> {
     }
 }
 
-/// Distance from each cell's centre to the nearest surface, metres: the side between an occupied cell and
-/// one that is not lies half a cell before either's centre.
-fn to_surface(map: &StaticMap) -> Vec<f32> {
-    let half = (0.5 * map.grid.resolution()) as f32;
-    let inside = DistanceField::to(&map.grid, |i| map.grid.cell(i) != Cell::Occupied);
-    map.to_occupied.metres().iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use curionav_planning::geometry::Pose2;
-    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_planning::occupancy::{Cell, OccupancyGrid};
     use curionav_planning::random::{rng, uniform};
+
+    fn to_surface(map: &StaticMap) -> Vec<f32> {
+        Surfaces::new(map).metres.iter().map(|metres| metres.abs()).collect()
+    }
 
     #[test]
     fn a_look_up_is_the_formula_on_the_distance_field() {
@@ -193,7 +190,7 @@ mod tests {
         let grid = OccupancyGrid::new(50, 40, 0.1, Pose2::new(-1.0, 2.0, 0.4), cells).unwrap();
         let map = StaticMap::new(grid);
         let params = LocalizerParams::default();
-        let field = LikelihoodField::new(&map, 5.0, &params);
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &params);
         let surface = to_surface(&map);
         let mut r = rng(3, 0);
         let mut compared = 0;
@@ -231,7 +228,7 @@ mod tests {
     fn a_way_is_blocked_where_fine_steps_along_it_meet_an_obstacle() {
         let cells = (0..50 * 40).map(|i| if i % 37 == 0 { 100 } else { 0 }).collect();
         let map = StaticMap::new(OccupancyGrid::new(50, 40, 0.1, Pose2::new(-1.0, 2.0, 0.4), cells).unwrap());
-        let field = LikelihoodField::new(&map, 5.0, &LocalizerParams::default());
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &LocalizerParams::default());
         let occupied = |p: Point2| {
             map.grid.locate(p).is_some_and(|(c, r)| map.grid.cell(map.grid.index(c, r)) == Cell::Occupied)
         };
@@ -261,7 +258,7 @@ mod tests {
         std::thread::spawn(move || {
             let cells = (0..50 * 40).map(|i| if i % 50 == 10 { 100 } else { 0 }).collect();
             let map = StaticMap::new(OccupancyGrid::new(50, 40, 0.1, Pose2::default(), cells).unwrap());
-            let field = LikelihoodField::new(&map, 5.0, &LocalizerParams::default());
+            let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &LocalizerParams::default());
             let pose = field.pose(3.0, 2.0, 0.0);
             let ends = [(-1e12, 0.0), (1e12, 0.0), (0.0, -1e12), (1e12, 1e12), (f32::NAN, f32::NAN)];
             answer.send(ends.map(|end| field.blocked(pose, (0.0, 0.0), end)))

@@ -16,10 +16,10 @@ use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
-use crate::refine::Surfaces;
 use crate::resampling::{needed, systematic};
 use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
+use crate::surfaces::Surfaces;
 use crate::weighting::weigh;
 
 /// Adaptive Monte Carlo localisation on one map with one laser.
@@ -115,10 +115,11 @@ impl Localizer {
     ) -> Result<Self, FieldError> {
         params.check()?;
         let most = params.particles_max;
+        let surfaces = Surfaces::new(&map);
         Ok(Self {
-            field: LikelihoodField::new(&map, laser.range_max, &params),
+            field: LikelihoodField::new(&surfaces, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
-            surfaces: params.refine.then(|| Surfaces::new(&map)),
+            surfaces: params.refine.then_some(surfaces),
             particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),

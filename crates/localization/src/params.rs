@@ -60,8 +60,8 @@ curionav_planning::parameters! {
         /// good as the laser 0.05 with `temper` 0.2 errs a third less in a crowd.
         pub sigma_hit: f64
             [0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"] = 0.2,
-        /// Whether the pose that is told is the one around the estimate at which the newest scan fits the map best, to a
-        /// centimetre where walls are in sight. The covariance stays that of the particles.
+        /// Whether the pose that is told is the one around the estimate at which the newest scan fits the map best, to
+        /// a centimetre where walls are in sight. The covariance stays that of the particles.
         pub refine: bool = true,
         /// Share of beams that end on mapped obstacles.
         pub z_hit: f64 [1e-6, 1.0, "", "it is a share, and at none no scan says anything"] = 0.95,

@@ -8,11 +8,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use curionav_planning::beam::Beam;
-use curionav_planning::geometry::{Point2, Pose2, wrap_angle};
-use curionav_planning::numerics::sin_cos;
-use curionav_planning::occupancy::{Cell, DistanceField, StaticMap};
+use curionav_planning::geometry::{Direction, Point2, Pose2, wrap_angle};
+use curionav_planning::sensor::LaserModel;
 
 use crate::scan::Scan;
+use crate::surfaces::Surfaces;
 
 /// Most beams that take part, evenly spaced: more say the same.
 const BEAMS_MAX: usize = 200;
@@ -37,13 +37,6 @@ const FITTING_MIN: usize = 10;
 /// The estimate is moved by no more than so many standard deviations, squared.
 const MOVED_MAX: f64 = 9.0;
 
-/// Distances to surfaces, for every cell.
-pub(crate) struct Surfaces {
-    map: StaticMap,
-    /// Distance from each cell's centre to the nearest surface, metres, negative inside of what is solid.
-    metres: Vec<f32>,
-}
-
 /// The end of a beam, robot frame.
 #[derive(Clone, Copy)]
 struct End {
@@ -64,14 +57,6 @@ struct Fit {
 }
 
 impl Surfaces {
-    pub(crate) fn new(map: &StaticMap) -> Self {
-        let half = (0.5 * map.grid.resolution()) as f32;
-        let inside = DistanceField::to(&map.grid, |i| map.grid.cell(i) != Cell::Occupied);
-        let both = map.to_occupied.metres().iter().zip(inside.metres());
-        let metres = both.map(|(out, inside)| if *out > 0.0 { out - half } else { half - inside }).collect();
-        Self { map: map.clone(), metres }
-    }
-
     /// The pose around `pose`, known with this covariance, at which `scan` fits the map best; none if too little of
     /// the scan fits, or if it fits no better.
     pub(crate) fn refined(&self, pose: Pose2, covariance: &Matrix3<f64>, scan: &Scan<'_>) -> Option<Pose2> {
@@ -96,13 +81,12 @@ impl Surfaces {
     }
 
     fn fit(&self, pose: Pose2, ends: &[End], scale: f64) -> Fit {
-        let (sin, cos) = sin_cos(pose.heading);
-        let turned = |p: Point2| Point2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y);
+        let facing = Direction::of(pose.heading);
         let mut fit = Fit { matrix: Matrix3::zeros(), gradient: Vector3::zeros(), error: 0.0, fitting: 0 };
         for End { at, along } in ends {
             // From the robot, in the axes of the map.
-            let end = turned(*at);
-            let along = turned(*along);
+            let end = turned(*at, facing);
+            let along = turned(*along, facing);
             let before =
                 Point2::new(pose.x + end.x - BEFORE_M * along.x, pose.y + end.y - BEFORE_M * along.y);
             let Some((metres, slope)) = self.at(before) else {
@@ -120,34 +104,6 @@ impl Surfaces {
         }
         fit
     }
-
-    /// Distance to the nearest surface and how it grows along both axes of the map, between the centres of cells; none
-    /// off the map.
-    fn at(&self, p: Point2) -> Option<(f64, Point2)> {
-        let grid = &self.map.grid;
-        let (column, row) = grid.grid_from_map(p);
-        let column = column - 0.5;
-        let row = row - 0.5;
-        let width = grid.width();
-        let is_inside =
-            column >= 0.0 && row >= 0.0 && column < (width - 1) as f64 && row < (grid.height() - 1) as f64;
-        if !is_inside {
-            return None;
-        }
-        let first = row as usize * width + column as usize;
-        let right = column - column.floor();
-        let up = row - row.floor();
-        let corner = |index: usize| f64::from(self.metres[index]);
-        let [a, b, c, d] = [first, first + 1, first + width, first + width + 1].map(corner);
-        let low = a + right * (b - a);
-        let high = c + right * (d - c);
-        let across = ((b - a) + up * ((d - c) - (b - a))) / grid.resolution();
-        let along = (high - low) / grid.resolution();
-        // From the grid's axes to those of the map.
-        let (sin, cos) = sin_cos(grid.origin().heading);
-        let slope = Point2::new(cos * across - sin * along, sin * across + cos * along);
-        Some((low + up * (high - low), slope))
-    }
 }
 
 /// The beams that meet something.
@@ -155,29 +111,35 @@ fn ends(scan: &Scan<'_>) -> Vec<End> {
     let Scan { ranges, laser } = scan;
     let available = ranges.len().min(laser.beams as usize);
     let every = available.div_ceil(BEAMS_MAX).max(1);
-    let end = |i: usize| match Beam::of(ranges[i], 0.0, laser.range_max) {
-        Beam::Obstacle(metres) => {
-            let (y, x) = sin_cos(laser.robot_from_laser.heading + laser.bearing(i as u32));
-            let from = laser.robot_from_laser.position();
-            let at = Point2::new(from.x + metres * x, from.y + metres * y);
-            Some(End { at, along: Point2::new(x, y) })
-        }
-        Beam::Silent | Beam::Free(_) => None,
-    };
-    (0..available).step_by(every).filter_map(end).collect()
+    (0..available).step_by(every).filter_map(|i| end(ranges[i], i as u32, laser)).collect()
+}
+
+/// Where the beam of this number ends; nowhere if it meets nothing.
+fn end(range: f32, beam: u32, laser: &LaserModel) -> Option<End> {
+    let Beam::Obstacle(metres) = Beam::of(range, 0.0, laser.range_max) else { return None };
+    let Direction { cos, sin } = Direction::of(laser.robot_from_laser.heading + laser.bearing(beam));
+    let from = laser.robot_from_laser.position();
+    Some(End { at: Point2::new(from.x + metres * cos, from.y + metres * sin), along: Point2::new(cos, sin) })
+}
+
+/// A vector of the robot's frame in the axes of the map, for a robot that faces this way.
+fn turned(of_robot: Point2, facing: Direction) -> Point2 {
+    let Direction { cos, sin } = facing;
+    Point2::new(cos * of_robot.x - sin * of_robot.y, sin * of_robot.x + cos * of_robot.y)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_planning::numerics::sin_cos;
+    use curionav_planning::occupancy::{Cell, OccupancyGrid, StaticMap};
     use curionav_planning::random::{rng, standard_normal};
-    use curionav_planning::sensor::LaserModel;
 
     /// 12 m x 8 m in cells of 0.05 m, turned by 0.3 rad: walls all around, and one with a gap.
     fn map() -> StaticMap {
         let cell = |i: usize| {
-            let (column, row) = (i % 240, i / 240);
+            let column = i % 240;
+            let row = i / 240;
             let is_rim = column == 0 || row == 0 || column == 239 || row == 159;
             let is_wall = (120..124).contains(&column) && !(72..88).contains(&row);
             if is_rim || is_wall { 100 } else { 0 }

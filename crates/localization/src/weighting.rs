@@ -115,6 +115,7 @@ const BISECTIONS: usize = 10;
 mod tests {
     use super::*;
     use crate::scan::Piece;
+    use crate::surfaces::Surfaces;
     use curionav_planning::geometry::{Point2, Pose2};
     use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use nalgebra::Matrix3;
@@ -145,7 +146,7 @@ mod tests {
     #[test]
     fn weights_equal_the_product_over_beams() {
         let (map, params) = (wall_map(), LocalizerParams { temper_ess: 0.0, ..Default::default() });
-        let field = LikelihoodField::new(&map, 5.0, &params);
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &params);
         let ends: Vec<_> = (-4..=4).map(|k| Point2::new(2.0, 0.2 * f64::from(k))).collect();
         let mut p = cloud(50);
         let before = p.clone();
@@ -176,7 +177,7 @@ mod tests {
     #[test]
     fn a_sharp_scan_leaves_enough_particles() {
         let (map, params) = (wall_map(), LocalizerParams::default());
-        let field = LikelihoodField::new(&map, 5.0, &params);
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &params);
         let ends: Vec<_> = (0..200).map(|k| Point2::new(2.0, 0.013 * f64::from(k) - 1.3)).collect();
         let mut p = cloud(500);
         weigh(&mut p, &field, &wall(ends), 1.0, false, &params);
@@ -188,7 +189,7 @@ mod tests {
     #[test]
     fn many_particles_at_once_weigh_what_each_does_alone() {
         let (map, params) = (wall_map(), LocalizerParams { temper_ess: 0.0, ..Default::default() });
-        let field = LikelihoodField::new(&map, 5.0, &params);
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &params);
         let at = |x: f64, y: f64| Point2::new(x, y);
         let seen = Selection {
             ends: vec![at(2.0, -0.3), at(2.0, 0.0), at(1.0, 0.9), at(1.1, 1.0), at(0.5, 2.0)],
@@ -213,7 +214,7 @@ mod tests {
     #[test]
     fn a_person_speaks_against_no_pose_by_more_than_the_odds_of_one() {
         let (map, params) = (wall_map(), LocalizerParams { temper_ess: 0.0, ..Default::default() });
-        let field = LikelihoodField::new(&map, 5.0, &params);
+        let field = LikelihoodField::new(&Surfaces::new(&map), 5.0, &params);
         let (right, drawn_to_the_wall) = (Pose2::new(2.0, 3.0, 0.0), Pose2::new(3.5, 3.0, 0.0));
         let log = |narrow: bool, pose: Pose2| {
             let ends = vec![Point2::new(1.5, 0.0); 8];

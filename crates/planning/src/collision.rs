@@ -99,7 +99,8 @@ impl<'a> CollisionChecker<'a> {
     /// How much nearer than now the robot may come to something inside its margin, metres: what
     /// the first moments of turning away need.
     pub const SLACK: f64 = 0.02;
-    /// The same for walls, which stay where they are. A robot that is allowed a little more in each cycle ends in contact.
+    /// The same for walls, which stay where they are. A robot that may come a little nearer in each cycle ends in
+    /// contact.
     pub const WALL_SLACK: f64 = 0.005;
     /// Gap where that ends, metres: what is tracked is not tracked exactly.
     pub const GUARD: f64 = 0.03;

@@ -1,6 +1,6 @@
-//! Whom walls hide: lines of sight between people, and from the places where candidates lead.
+//! Which people walls hide: lines of sight between people, and from the places where candidates lead.
 //!
-//! A wall is what the map has as occupied. Unknown floor and obstacles that are on no map hide nobody.
+//! A wall is what the map has as occupied. Unknown floor and obstacles that are on no map hide no person.
 
 use std::sync::Arc;
 

@@ -1158,9 +1158,9 @@ class Measures(Record):
     md_m: Number | None = None
     """m, least distance to a person, between centres; absent if there were no people"""
     td_in_view: Fraction | None = None
-    """0..1, td among people whom no wall hides from the robot; absent in older results"""
+    """0..1, td among people that no wall hides from the robot; absent in older results"""
     md_in_view_m: Number | None = None
-    """m, md_m among people whom no wall hides from the robot; absent if there was none"""
+    """m, md_m among people that no wall hides from the robot; absent if there was none"""
     nt: Uint32
     """times it came closer than comfortable"""
     vel_mps: NonNegative

@@ -35,11 +35,10 @@ pub async fn plan<P: Peers>(
     let moment = Moment { tick: observation.belief.tick, stamp: observation.belief.stamp };
     let belief = convert::belief(&observation.belief);
     let people = convert::people_at(&observation.people, &belief, moment.stamp);
-    let braked_for =
-        memory.braked_for(moment.stamp).filter(|_| !course.is_beside_wall(belief.pose.position()));
+    let braked_for = memory.braked_for(moment.stamp);
     let observer = &mut memory.carried.observer;
     if let Some(seconds) = braked_for {
-        observer.observe_braking(&course.profile, &course.robot, belief.pose, moment.stamp, seconds);
+        course.observe_braking(observer, belief.pose, moment.stamp, seconds);
     }
     let mut scene = observer.form_scene(&course.profile, &course.robot, moment, belief, &people);
     course.complete(&mut scene);

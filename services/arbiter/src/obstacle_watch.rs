@@ -128,10 +128,8 @@ struct Seen {
 
 impl Seen {
     fn take_further(&mut self, sensor: &str, scan: &Scan, place: &Place<'_>) {
-        if !self.further.contains_key(sensor) {
-            self.further.insert(sensor.to_owned(), BySensor::default());
-        }
-        if let Some(seen) = self.further.get_mut(sensor).filter(|seen| seen.stamp != scan.stamp) {
+        let seen = self.further.entry(sensor.to_owned()).or_default();
+        if seen.stamp != scan.stamp {
             // What describes no scanner is no evidence.
             let _ = seen.take(scan, place);
         }

@@ -310,7 +310,8 @@ mod tests {
     #[test]
     fn a_robot_is_stopped_within_half_a_second_whatever_is_silent() {
         for silent in [Source::Command, Source::Odom, Source::Scan] {
-            let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
+            let mut watch = Watch::new(&Silence::default(), &[]);
+            let start = Instant::now();
             watch.engage(true, start, &limits());
             assert!(watch.due(start).is_some(), "before anything is heard");
             for source in [Source::Command, Source::Odom, Source::Scan] {
@@ -332,8 +333,8 @@ mod tests {
             let text = format!("name = \"s\"\nkind = \"range\"\ntopic = \"s\"\nrequired = {required}");
             toml::from_str(&text).unwrap()
         };
-        let (mut watch, start) =
-            (Watch::new(&Silence::default(), &[sensor(false), sensor(true)]), Instant::now());
+        let mut watch = Watch::new(&Silence::default(), &[sensor(false), sensor(true)]);
+        let start = Instant::now();
         watch.engage(true, start, &limits());
         for source in [Source::Command, Source::Odom, Source::Scan, Source::Further(0)] {
             watch.heard(source, start);
@@ -350,7 +351,8 @@ mod tests {
 
     #[test]
     fn after_a_mission_there_are_zeros_for_a_second_and_then_others_may_drive() {
-        let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
+        let mut watch = Watch::new(&Silence::default(), &[]);
+        let start = Instant::now();
         assert!(watch.due(start).is_none() && !watch.passes(start));
         watch.engage(true, start, &limits());
         watch.engage(false, start, &limits());
@@ -364,7 +366,8 @@ mod tests {
 
     #[test]
     fn at_the_end_of_a_mission_the_velocity_goes_down_as_fast_as_the_base_brakes() {
-        let (mut watch, start) = (Watch::new(&Silence::default(), &[]), Instant::now());
+        let mut watch = Watch::new(&Silence::default(), &[]);
+        let start = Instant::now();
         watch.engage(true, start, &limits());
         watch.sent = Twist { v: 0.4, omega: 0.0 };
         watch.engage(false, start, &limits());

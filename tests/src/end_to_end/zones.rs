@@ -46,7 +46,8 @@ fn is_wall((x, y): (f64, f64)) -> bool {
 
 /// A map_server map of the hall's floor in cells of `side` metres: each has the occupancy, per cent, of its centre.
 fn write_map(folder: &Path, name: &str, side: f64, mode: &str, occupancy: impl Fn((f64, f64)) -> u8) {
-    let (columns, rows) = ((16.0 / side) as usize, (8.0 / side) as usize);
+    let columns = (16.0 / side) as usize;
+    let rows = (8.0 / side) as usize;
     let pixel = |i: usize| {
         let x = (i % columns) as f64 + 0.5;
         let y = (rows - 1 - i / columns) as f64 + 0.5;

@@ -65,12 +65,12 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
             "until the error stayed below 0.3 m",
         ),
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
-        row("TD in view", m.td_in_view.map_or_else(String::new, per_cent), "of people whom no wall hides"),
+        row("TD in view", m.td_in_view.map_or_else(String::new, per_cent), "of people that no wall hides"),
         row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
         row(
             "MD in view",
             m.md_in_view_m.map_or_else(|| "nobody".into(), metres),
-            "of people whom no wall hides",
+            "of people that no wall hides",
         ),
         row("NT", m.nt.to_string(), "times it came that close from farther away"),
         row(

@@ -112,7 +112,7 @@ fn the_error_counts_as_small_once_it_has_been_for_two_seconds() {
 
 #[test]
 fn td_and_md_count_only_people_in_view_beside_the_count_of_all() {
-    // Of rows 2, 3 and 5 that are near somebody, only row 5 is near somebody in view.
+    // Rows 2, 3 and 5 are near a person, and only row 5 is near one in view.
     let all = [3.0, 1.5, 1.4, 0.9, 1.6, 1.2, 2.0];
     let seen = [f64::INFINITY, 1.5, 2.0, f64::INFINITY, 1.6, 1.2, 2.0];
     let m = run(7, |tick, truth| {

@@ -28,7 +28,7 @@ pub struct Truth {
     pub twist: Twist,
     /// Distance between the centres of the robot and the nearest person, metres; infinite without people.
     pub person_distance: f64,
-    /// Distance to the nearest person whom no wall hides from the robot, metres; infinite without one.
+    /// Distance to the nearest person that no wall hides from the robot, metres; infinite without one.
     pub seen_person_distance: f64,
     /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
     pub person_clearance: f64,

@@ -18,8 +18,8 @@ const SUBSTEPS: usize = 3;
 /// Share of the greatest acceleration that the turn counts on to end in time.
 const BRAKES: f64 = 0.8;
 
-/// The turn on the spot to `heading`, `steps` states of `dt` seconds; none if the robot has that heading, or has tried for
-/// long enough.
+/// The turn on the spot to `heading`, `steps` states of `dt` seconds; none if the robot has that heading, or has tried
+/// for long enough.
 pub(super) fn turn(
     scene: &Scene,
     robot: &RobotModel,

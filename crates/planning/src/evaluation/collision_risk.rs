@@ -45,10 +45,7 @@ impl Evaluator for CollisionRiskEvaluator {
         });
         let moments: Vec<Moment> = moments.collect();
         let mut contacts = Contacts::new(self.radius + people.radius, people.len());
-        let each_alone: Vec<Vec<usize>> = (0..people.len()).map(|person| vec![person]).collect();
-        let steps = candidates.steps();
-        let mut view =
-            self.sight.as_ref().map(|sight| View::new(sight, scene, &each_alone, steps, candidates.dt()));
+        let mut view = View::of_each(self.sight.as_ref(), scene, candidates);
         let mut costs = Vec::with_capacity(candidates.len());
         for (x, (y, variances)) in (states.x.chunks(moments.len()))
             .zip(states.y.chunks(moments.len()).zip(variances.chunks(moments.len())))

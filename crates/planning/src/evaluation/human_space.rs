@@ -168,10 +168,7 @@ impl Evaluator for DopplerEvaluator {
         let people = &scene.people;
         let states = candidates.all_states();
         let HumanSpaceParams { wave_speed, wave_reach, .. } = self.params;
-        let each_alone: Vec<Vec<usize>> = (0..people.len()).map(|person| vec![person]).collect();
-        let steps = candidates.steps();
-        let mut view =
-            self.sight.as_ref().map(|sight| View::new(sight, scene, &each_alone, steps, candidates.dt()));
+        let mut view = View::of_each(self.sight.as_ref(), scene, candidates);
         each(candidates, should_stop, |i| {
             let mut sum = 0.0;
             for (k, state) in candidates.range(i).enumerate() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::arbitration::{Context, Previous, Scores};
+use crate::arbitration::{Context, Observer, Previous, Scores};
 use crate::candidates::CandidateSet;
 use crate::evaluation::Evaluator;
 use crate::evaluation::cpc::InformationField;
@@ -151,10 +151,13 @@ impl Course {
         scene.passage = self.passage(scene.belief.pose.position());
     }
 
-    /// Whether a wall or an obstacle that is known stands so near to a robot at `p` that a driver brakes for it.
-    pub fn is_beside_wall(&self, p: Point2) -> bool {
+    /// Tells `observer` that the driver has braked for `seconds` now ([`Observer::observe_braking`]), unless a wall or
+    /// an obstacle that is known stands so near to a robot at `pose` that a driver brakes for it.
+    pub fn observe_braking(&self, observer: &mut Observer, pose: Pose2, stamp: f64, seconds: f64) {
         let near = self.robot.radius() + BRAKED_FOR;
-        self.map.to_obstacle.clearance(&self.map.grid, p, near) < near
+        if self.map.to_obstacle.clearance(&self.map.grid, pose.position(), near) >= near {
+            observer.observe_braking(&self.profile, &self.robot, pose, stamp, seconds);
+        }
     }
 
     /// The least room beside the robot on the next 3 m of the way from `start`, metres; none where it is 0.3 m or more.

@@ -229,12 +229,11 @@ impl Planner {
     }
 
     /// The base has braked for `seconds` now because something is too close to a robot that is at `pose`. Profiles
-    /// with an `[unseen]` table plan around what must stand there, unless it is a wall.
+    /// with an `[unseen]` table plan around what must stand there, unless it is a wall. Without a goal it says nothing.
     pub fn observe_braking(&mut self, pose: Pose2, stamp: f64, seconds: f64) {
-        if self.course.as_ref().is_some_and(|course| course.is_beside_wall(pose.position())) {
-            return;
+        if let Some(course) = &self.course {
+            course.observe_braking(&mut self.carried.observer, pose, stamp, seconds);
         }
-        self.carried.observer.observe_braking(&self.profile, &self.task.robot, pose, stamp, seconds);
     }
 
     /// What the newest verdict was made from.

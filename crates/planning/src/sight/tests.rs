@@ -232,7 +232,7 @@ fn who_is_in_view_is_what_a_plain_ray_per_person_and_state_says() {
 }
 
 #[test]
-fn the_crowd_cost_is_the_sum_over_those_whom_a_plain_ray_shows() {
+fn the_crowd_cost_is_the_sum_over_those_that_a_plain_ray_shows() {
     for seed in 0..6 {
         let mut r = rng(seed, 51);
         let sight = random_floor(&mut r, 40);
@@ -289,7 +289,7 @@ fn neither_vectors_nor_other_candidates_change_a_cost() {
             let costs = cnc.evaluate_at(level, &scene, &set, &|| false).unwrap();
             assert_eq!(costs, first, "seed {seed}, {level:?}");
         }
-        assert_ne!(first, terms(None)[0].1.evaluate(&scene, &set, &|| false).unwrap(), "walls hide somebody");
+        assert_ne!(first, terms(None)[0].1.evaluate(&scene, &set, &|| false).unwrap(), "walls hide people");
         for (name, term) in terms(Some(&sight)) {
             let all = term.evaluate(&scene, &set, &|| false).unwrap();
             for i in [0, 17, 39] {

@@ -1,4 +1,4 @@
-//! Who is in view from where candidates lead, looked up once for each place and window of states.
+//! Which people are in view from where candidates lead, looked up once for each place and window of states.
 
 use super::{Line, Sight, is_in_wall};
 use crate::candidates::CandidateSet;
@@ -32,7 +32,7 @@ struct Seen {
     known: u8,
 }
 
-/// Where everybody is in view.
+/// Where all are in view.
 const OPEN: Seen = Seen { shares: u64::MAX, known: u8::MAX };
 
 /// One place in one window.
@@ -51,8 +51,8 @@ struct Expected {
     is_in_wall: bool,
 }
 
-/// Whom walls hide from the states of candidates in one scene, by groups of people who count together. Nothing of it
-/// depends on the candidates: what they ask for is kept, and would be the same for others.
+/// Which people walls hide from the states of candidates in one scene, by groups of people who count together. Nothing
+/// of it depends on the candidates: what they ask for is kept, and would be the same for others.
 #[derive(Debug)]
 pub(crate) struct View<'a> {
     rays: RayCaster<'a>,
@@ -103,6 +103,16 @@ impl<'a> View<'a> {
         view
     }
 
+    /// Of people who each count alone; of none without `sight`.
+    pub(crate) fn of_each(
+        sight: Option<&'a Sight>,
+        scene: &Scene,
+        candidates: &CandidateSet,
+    ) -> Option<Self> {
+        let each_alone: Vec<Vec<usize>> = (0..scene.people.len()).map(|person| vec![person]).collect();
+        sight.map(|sight| Self::new(sight, scene, &each_alone, candidates.steps(), candidates.dt()))
+    }
+
     /// Where people are expected in each window: as forecast, but on this side of the first wall on their way.
     fn expect(&mut self, sight: &Sight, people: &People, groups: &[Vec<usize>], dt: f64) {
         let horizon = self.steps as f64 * dt;
@@ -128,7 +138,7 @@ impl<'a> View<'a> {
     fn forget(&mut self) {
         self.places.clear();
         self.seen.clear();
-        // From outside the square everybody is in view.
+        // From outside the square all are in view.
         self.places.push(Place { at: (0.0, 0.0), window: 0 });
         self.seen.resize(self.eights(), OPEN);
     }
@@ -184,7 +194,7 @@ impl<'a> View<'a> {
         let y = self.corner.1 + (row as f64 + 0.5) * PLACE;
         let at = self.grid.grid_from_map(Point2::new(x, y));
         self.places.push(Place { at, window });
-        // From a place in a wall everybody is in view.
+        // From a place in a wall all are in view.
         let seen = if is_in_wall(&self.rays, at) { OPEN } else { Seen { shares: 0, known: 0 } };
         self.seen.resize(self.seen.len() + self.eights(), seen);
         number
@@ -241,7 +251,7 @@ impl<'a> View<'a> {
         in_view
     }
 
-    /// Whether anybody of a group is in view of a place.
+    /// Whether any of a group is in view of a place.
     #[inline(always)]
     pub(crate) fn shows(&mut self, place: usize, group: usize) -> bool {
         let bit = group % LANES;
@@ -260,7 +270,7 @@ pub(crate) struct InView {
 }
 
 impl InView {
-    /// Everybody.
+    /// All of all groups.
     pub(crate) const ALL: Self = Self { each: [u64::MAX; LANES], least: u64::MAX, most: u64::MAX };
 
     /// The share of a group that is in view of each state.
@@ -284,7 +294,7 @@ impl InView {
 /// The share of a group that is in view of eight states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shares {
-    /// Nobody, of any.
+    /// None of it, of any.
     None,
     /// All of it, of each.
     Whole,

@@ -144,7 +144,7 @@ message! {
         "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
     ), at most 1 << 10;
     {
-        /// Which of them.
+        /// `true` is yes.
         data: bool,
     }
 }

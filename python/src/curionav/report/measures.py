@@ -113,7 +113,7 @@ MEASURES = (
 PAPER = (RMSE, TCM, NM, TD, MD, NT, VEL, LENGTH, TIME)
 """Those of Tables III, IV and V, three a table."""
 IN_VIEW = (TD_IN_VIEW, TD, MD_IN_VIEW, MD)
-"""Of people whom no wall hides from the robot, each with that of all people, which is the paper's, behind it. Runs of
+"""Of people that no wall hides from the robot, each with that of all people, which is the paper's, behind it. Runs of
 older builds do not have them, so no test and no claim is about them."""
 BY_KEY = {measure.key: measure for measure in MEASURES}
 

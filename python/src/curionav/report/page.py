@@ -204,7 +204,7 @@ class Page:
 
     @property
     def tells_in_view(self) -> bool:
-        """Whether any run tells people apart whom no wall hides."""
+        """Whether any run measures people in view apart."""
         return any(self.values(TD_IN_VIEW, p) for p in self.planners)
 
     def mean_of(self, measure: Measure, planner: int) -> str:

@@ -38,12 +38,12 @@ pub(super) struct Approaching {
 
 /// Room kept between the robot's disc and anything the scan shows, metres, while it is hardly moving.
 const MARGIN_AT_REST: f64 = 0.015;
-/// Up to this speed noise is averaged away, m/s. A faster robot keeps away from the nearest of noisy points.
-const SMOOTHED_UP_TO: f64 = 0.5;
 /// How much more per speed, seconds: what the base misses a command by, and what the noise of a scan hides.
 const MARGIN_PER_SPEED: f64 = 0.1;
 /// The most of it, metres.
 pub(super) const MARGIN: f64 = 0.05;
+/// Up to this speed noise is averaged away, m/s. A faster robot keeps away from the nearest of noisy points.
+const SMOOTHED_UP_TO: f64 = 0.5;
 
 impl Approaching {
     /// Distance from its centre within which nothing may come while it is told to drive at `speed`, metres.
@@ -69,7 +69,8 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    /// Takes the points that were seen and that the robot can reach until it stands, if it is told to drive at `told` m/s.
+    /// Takes the points that were seen and that the robot can reach until it stands, if it is told to drive at `told`
+    /// m/s.
     pub(super) fn gather(&mut self, seen: &[&Sweep], robot: &Approaching, told: f64) {
         let way = robot.way(told);
         let is_slow = told.max(robot.speed) <= SMOOTHED_UP_TO;

@@ -144,12 +144,8 @@ impl Guard {
     /// Takes in a scan of a further sensor of a robot that was at `pose` of the odometry. What it shows counts as
     /// standing: a camera sees things appear because it nods, and a ranger sees an arc and no surface.
     pub fn see_further(&mut self, sensor: &str, scan: &Scan, pose: Pose2) {
-        if !self.further.contains_key(sensor) {
-            self.further.insert(sensor.to_owned(), Further::default());
-        }
-        if let Some(Further { bearings, now }) = self.further.get_mut(sensor)
-            && now.stamp != scan.stamp
-        {
+        let Further { bearings, now } = self.further.entry(sensor.to_owned()).or_default();
+        if now.stamp != scan.stamp {
             now.take(scan, pose, bearings);
         }
     }

@@ -156,8 +156,8 @@ fn at_its_goal_the_robot_turns_to_the_heading_that_is_asked_for_and_then_has_arr
             let decision = hall.arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).decision;
             if decision.action == Action::Follow {
                 assert_eq!((decision.reason, decision.arrived), (Reason::TurnsToHeading, false));
-                let (pose, twist) = decision.trajectory.states().at(0);
-                (hall.scene.belief.pose, hall.scene.belief.twist) = (pose, twist);
+                let belief = &mut hall.scene.belief;
+                (belief.pose, belief.twist) = decision.trajectory.states().at(0);
             }
             decision.action == Action::Stop
         });
@@ -168,7 +168,8 @@ fn at_its_goal_the_robot_turns_to_the_heading_that_is_asked_for_and_then_has_arr
     // It has tried for long enough.
     let mut hall = Hall::new();
     hall.goal = hall.scene.belief.pose.position();
-    (hall.goal_heading, hall.scene.in_place) = (Some(3.0), 20.0);
+    hall.goal_heading = Some(3.0);
+    hall.scene.in_place = 20.0;
     assert!(hall.arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).decision.arrived);
 }
 

@@ -215,7 +215,8 @@ mod tests {
         let quick = RobotModel { omega_max: 12.0, alpha_max: 30.0, ..RobotModel::default() };
         let mut stopped = 0;
         let mut failed = 0;
-        for (seed, robot) in [(1, RobotModel::default()), (2, quick), (3, RobotModel::default())] {
+        let robots = [RobotModel::default(), quick.clone(), RobotModel::default(), quick.clone(), quick];
+        for (seed, robot) in (1..).zip(robots) {
             let mut r = rng(seed, 0);
             let mut draw = |least: f64, most: f64| least + (most - least) * uniform(&mut r);
             let mut people = People { radius: 0.25, ..People::default() };
@@ -264,6 +265,6 @@ mod tests {
                 }
             }
         }
-        assert!(stopped > 500 && failed > 10, "both kinds: {stopped}, {failed}");
+        assert!(stopped > 500 && failed > 20, "both kinds: {stopped}, {failed}");
     }
 }
