@@ -69,6 +69,8 @@ pub enum Reason {
     Arrived,
     /// It is, and the robot turns on the spot to the heading that is asked for there.
     TurnsToHeading,
+    /// People stand at the goal and leave the robot no room there: it waits at a polite distance.
+    WaitsForGoal,
     /// The candidate of least cost is free.
     LeastCost,
     /// Candidates that cost less collide; the one of least cost among the free ones is followed.
@@ -91,6 +93,8 @@ pub enum Reason {
     PeopleUnknown,
     /// Obstacles that are on no map have closed every way to the goal for 25 s.
     NoWayToGoal,
+    /// The robot has waited for 30 s for people who stand at its goal.
+    GoalOccupied,
 }
 
 impl Reason {
@@ -248,6 +252,8 @@ pub enum MissionEnd {
     Lost,
     /// Obstacles that are on no map close every way to the goal.
     NoWayToGoal,
+    /// People stand at the goal.
+    GoalOccupied,
     /// A client asked for it.
     Cancelled,
     /// This instance of a required role cannot prepare for it.

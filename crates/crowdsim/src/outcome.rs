@@ -15,7 +15,7 @@ pub enum Outcome {
     /// The planner reported arrival somewhere else, or the time limit passed while the estimate was wrong
     /// by more than 2 m.
     Lost,
-    /// The planner gave up: obstacles that are on no map close every way.
+    /// The planner gave up: obstacles that are on no map close every way, or people stand at the goal.
     NoWay,
 }
 

@@ -299,6 +299,9 @@ crate::parameters! {
         /// Seconds in one place, of those for which it has been impatient, after which it is so no longer: something
         /// stands right before it, and it has to give way.
         pub stands: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 2.0,
+        /// A robot that is nearer to its goal is impatient while people are as near to it, metres: it cannot keep away
+        /// from them and arrive. At 0 that makes no difference, as in the paper.
+        pub near_goal: f64 [0.0, 100.0, "m", "beyond that people are not at the goal"] = 0.0,
         /// What a term that gives way weighs while the robot is impatient, as a share of its weight.
         pub share: f64 [0.01, 1.0, "", "a term that counts for nothing is left out, and none counts for more"] = 0.2,
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use curionav_planning::arbitration::arbitrate;
+use curionav_planning::arbitration::{self, arbitrate};
 use curionav_planning::geometry::Point2;
 use curionav_planning::scene::Moment;
 use curionav_pool::context::PlanContext;
@@ -59,6 +59,7 @@ pub async fn plan<P: Peers>(
     // Decide: the least total that is free of collisions (eqs. 4 to 6).
     let arbitration = course.arbitration(&scene, &candidates, memory.carried.previous.as_ref());
     let verdict = arbitrate(&arbitration, &scores);
+    memory.observe_goal(verdict.decision.reason == arbitration::Reason::WaitsForGoal, moment.stamp);
     let decided = pool.peers.now();
     let timings = Timings {
         generate_us: microseconds(generated - started),
@@ -100,6 +101,9 @@ const PEOPLE_AGE_MAX: f64 = 1.0;
 /// seen, half a minute.
 const CLOSED_MAX: f64 = 25.0;
 
+/// So long a robot waits for a goal at which people stand, seconds.
+const OCCUPIED_MAX: f64 = 30.0;
+
 /// Makes the decision of one cycle. If the mission is running, `context` is prepared for it and `people` are recent, it
 /// is what [`plan`] decides. Otherwise it is a stop without planning: then there is no outcome, and nothing to report.
 pub async fn decide<P: Peers>(
@@ -119,8 +123,8 @@ pub async fn decide<P: Peers>(
         }
         Err(Failure { reason, degraded }) => {
             memory.carried.observer.forget_progress();
-            if reason != Reason::NoWayToGoal {
-                memory.forget_ways();
+            if !matches!(reason, Reason::NoWayToGoal | Reason::GoalOccupied) {
+                memory.forget_closed();
             }
             (report::stop(memory.id(), &newest_belief, mission.order.tick_s, reason, degraded), None)
         }
@@ -156,6 +160,9 @@ fn observe<'a>(
     let are_closed = context.course.geodesic.is_closed(here, mission.order.goal_tolerance);
     if memory.observe_ways(are_closed, belief.stamp) >= CLOSED_MAX {
         return Err(Failure { reason: Reason::NoWayToGoal, degraded: None });
+    }
+    if memory.has_waited_for_goal(belief.stamp) >= OCCUPIED_MAX {
+        return Err(Failure { reason: Reason::GoalOccupied, degraded: None });
     }
     Ok((context, Observation { belief, people }))
 }

@@ -11,29 +11,34 @@ pub type DecisionId = (u64, u64);
 /// A command older than this says nothing of now, seconds of the robot's clock.
 const BRAKING_AGE_MAX: f64 = 0.5;
 
-/// Ways that were closed count as open again after so long, seconds. What is seen of a thing differs from scan to scan,
+/// What was closed counts as open again after so long, seconds. What is seen of a thing differs from scan to scan,
 /// and a robot that has not looked for a while takes a way for open until it has looked again.
 const OPEN_AGAIN: f64 = 5.0;
 
-/// For how long obstacles have closed every way, seconds of the robot's clock.
+/// For how long something has kept the robot from its goal, seconds of the robot's clock.
 #[derive(Debug, Clone, Copy, Default)]
-struct Ways {
-    closed_since: Option<f64>,
-    /// Since when one seems open although they were closed before.
+struct Closed {
+    since: Option<f64>,
+    /// Since when it seems to be over.
     open_since: Option<f64>,
 }
 
-impl Ways {
-    fn observe(&mut self, are_closed: bool, stamp: f64) -> f64 {
-        if are_closed {
+impl Closed {
+    fn observe(&mut self, is_closed: bool, stamp: f64) {
+        if is_closed {
             self.open_since = None;
-            return stamp - *self.closed_since.get_or_insert(stamp);
+            self.since.get_or_insert(stamp);
+            return;
         }
         let open_since = *self.open_since.get_or_insert(stamp);
         if stamp - open_since >= OPEN_AGAIN {
-            self.closed_since = None;
+            self.since = None;
         }
-        0.0
+    }
+
+    /// For how long it has lasted at `stamp`, seconds; 0 if it seems to be over.
+    fn lasts(&self, stamp: f64) -> f64 {
+        self.since.filter(|_| self.open_since.is_none()).map_or(0.0, |since| stamp - since)
     }
 }
 
@@ -51,7 +56,9 @@ pub struct Memory {
     /// The driver's newest command: what became of the decisions before.
     pub(crate) driven: Option<wire::Twist>,
     /// Whether obstacles have closed every way, and for how long.
-    ways: Ways,
+    ways: Closed,
+    /// Whether people at the goal have made the robot wait, and for how long.
+    goal: Closed,
 }
 
 impl Memory {
@@ -70,7 +77,8 @@ impl Memory {
             seq: memory.seq,
             planned: None,
             driven: memory.driven,
-            ways: Ways::default(),
+            ways: Closed::default(),
+            goal: Closed::default(),
             carried: Carried {
                 observer: Observer {
                     uncertain: memory.uncertain,
@@ -129,17 +137,29 @@ impl Memory {
 
     /// Takes note at `stamp` of whether obstacles close every way; gives back for how long they have, seconds.
     pub(crate) fn observe_ways(&mut self, are_closed: bool, stamp: f64) -> f64 {
-        self.ways.observe(are_closed, stamp)
+        self.ways.observe(are_closed, stamp);
+        self.ways.lasts(stamp)
     }
 
     /// Whether obstacles closed every way in the cycle before.
     pub(crate) fn are_ways_closed(&self) -> bool {
-        self.ways.closed_since.is_some() && self.ways.open_since.is_none()
+        self.ways.since.is_some() && self.ways.open_since.is_none()
     }
 
-    /// Ways count as open again.
-    pub(crate) fn forget_ways(&mut self) {
-        self.ways = Ways::default();
+    /// Takes note at `stamp` of whether people at the goal make the robot wait.
+    pub(crate) fn observe_goal(&mut self, is_occupied: bool, stamp: f64) {
+        self.goal.observe(is_occupied, stamp);
+    }
+
+    /// For how long people at the goal have made the robot wait at `stamp`, seconds.
+    pub(crate) fn has_waited_for_goal(&self, stamp: f64) -> f64 {
+        self.goal.lasts(stamp)
+    }
+
+    /// Ways and the goal count as open again.
+    pub(crate) fn forget_closed(&mut self) {
+        self.ways = Closed::default();
+        self.goal = Closed::default();
     }
 
     /// (epoch, seq) of the newest decision.

@@ -218,6 +218,7 @@ fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
     match reason {
         arbitration::Reason::Arrived => Reason::Arrived,
         arbitration::Reason::TurnsToHeading => Reason::TurnsToHeading,
+        arbitration::Reason::WaitsForGoal => Reason::WaitsForGoal,
         arbitration::Reason::LeastCost => Reason::LeastCost,
         arbitration::Reason::LeastCostFree => Reason::LeastCostFree,
         arbitration::Reason::LastToCollide => Reason::LastToCollide,

@@ -381,13 +381,14 @@ impl Driver {
         self.finish(&mission, MissionEnd::Lost);
     }
 
-    /// Ends the mission if the arbiter has found every way to the goal closed. The robot stands by then.
+    /// Ends the mission if the arbiter has given it up. The robot stands by then.
     fn give_up(&self, mission: &Mission) {
-        let is_closed = self.fence.borrow().in_force().is_some_and(|it| it.reason == Reason::NoWayToGoal);
-        if !is_closed {
-            return;
-        }
-        self.finish(mission, MissionEnd::NoWayToGoal);
+        let end = match self.fence.borrow().in_force().map(|decision| &decision.reason) {
+            Some(Reason::NoWayToGoal) => MissionEnd::NoWayToGoal,
+            Some(Reason::GoalOccupied) => MissionEnd::GoalOccupied,
+            _ => return,
+        };
+        self.finish(mission, end);
     }
 
     fn finish(&self, mission: &Mission, end: MissionEnd) {

@@ -72,6 +72,7 @@ const NO_VALID_PATH: u16 = 208;
 pub(crate) fn error_of(end: &MissionEnd) -> Option<u16> {
     let refusal = match end {
         MissionEnd::NoWayToGoal => return Some(NO_VALID_PATH),
+        MissionEnd::GoalOccupied => return Some(GOAL_OCCUPIED),
         MissionEnd::Unprepared { reject, .. } => &reject.why,
         _ => return None,
     };

@@ -469,6 +469,7 @@ mod tests {
         };
         for (end, error) in [
             (MissionEnd::NoWayToGoal, 208),
+            (MissionEnd::GoalOccupied, 206),
             (unprepared(Refusal::UnreachableGoal { x: 1.0, y: 2.0 }), 208),
             (unprepared(Refusal::NoRoomAtGoal { x: 1.0, y: 2.0, room: 0.1, radius: 0.3 }), 206),
             (MissionEnd::Lost, 9000),

@@ -204,7 +204,7 @@ impl Streams {
                 *mission = newest;
             }
             match ended(mission) {
-                Some(MissionEnd::NoWayToGoal) => return Ok(Outcome::NoWay),
+                Some(MissionEnd::NoWayToGoal | MissionEnd::GoalOccupied) => return Ok(Outcome::NoWay),
                 Some(end) => return Err(end),
                 None => {}
             }

@@ -9,6 +9,7 @@ mod deployment;
 mod doctor;
 mod doors;
 mod drivers;
+mod goals;
 mod localize;
 mod metrics;
 mod narrow;

@@ -2,7 +2,7 @@
 
 use crate::arbitration::{
     Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, last_turn,
-    total_costs,
+    occupied_goal, total_costs,
 };
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker, CollisionParams};
@@ -74,12 +74,22 @@ pub struct Verdict {
 /// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
 /// trajectory while it is valid and free; else stop. At the goal the robot stops, turns to the heading that is
-/// asked for, or goes on for a while if it is not sure to be there and its way ends nearer. Same inputs, same verdict.
+/// asked for, or goes on for a while if it is not sure to be there and its way ends nearer. It waits before a goal at
+/// which people stand. Same inputs, same verdict.
 ///
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
     let checker = context.checker();
-    decide(context, scores, &|t| checker.first_collision(t.states(), t.dt()))
+    let mut verdict = decide(context, scores, &|t| checker.first_collision(t.states(), t.dt()));
+    let Context { profile, scene, robot, goal, .. } = *context;
+    let tolerance = profile.goal.arrive_distance;
+    let goal = occupied_goal::Goal { at: goal, tolerance, scene, robot, checker: &checker };
+    let decision = &verdict.decision;
+    if !decision.is_at_goal() && occupied_goal::is_awaited(&goal, &decision.trajectory) {
+        verdict.decision = Decision::stop(Reason::WaitsForGoal, context.candidates.dt());
+        verdict.chosen = None;
+    }
+    verdict
 }
 
 pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;

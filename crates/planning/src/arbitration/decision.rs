@@ -38,6 +38,11 @@ impl Decision {
         let trajectory = Trajectory::none(dt);
         Self { action: Action::Stop, reason, candidate: None, trajectory, valid_for: 0.0, arrived }
     }
+
+    /// Whether the robot is where it was to go, if perhaps not with the heading that is asked for.
+    pub(super) fn is_at_goal(&self) -> bool {
+        matches!(self.reason, Reason::Arrived | Reason::TurnsToHeading)
+    }
 }
 
 /// Why the action was chosen.
@@ -48,6 +53,8 @@ pub enum Reason {
     Arrived,
     /// It is, and the robot turns to the heading that is asked for there.
     TurnsToHeading,
+    /// People stand at the goal and leave the robot no room there: it waits at a polite distance.
+    WaitsForGoal,
     /// The candidate of least cost is free.
     LeastCost,
     /// Candidates that cost less collide; this is the one of least cost among the free ones.

@@ -11,6 +11,7 @@ mod decision;
 mod explanation;
 mod last_turn;
 mod observer;
+mod occupied_goal;
 mod scores;
 
 pub use arbiter::{Context, Verdict, arbitrate};

@@ -145,10 +145,16 @@ impl Course {
         self.geodesic.at(start).is_finite()
     }
 
-    /// Adds to a scene what the course knows: obstacles, and how narrow the way ahead is.
+    /// Adds to a scene what the course knows: obstacles, how narrow the way ahead is, and whether people are at the goal
+    /// ([`Patience::near_goal`](crate::profile::Patience::near_goal)).
     pub fn complete(&self, scene: &mut Scene) {
+        let here = scene.belief.pose.position();
         scene.obstacles = self.obstacles.clone();
-        scene.passage = self.passage(scene.belief.pose.position());
+        scene.passage = self.passage(here);
+        let near = self.profile.patience.near_goal;
+        let is_near = |p: Point2| p.distance(self.goal) < near;
+        scene.impatient |=
+            is_near(here) && (0..scene.people.len()).any(|i| is_near(scene.people.position(i)));
     }
 
     /// Tells `observer` that the driver has braked for `seconds` now ([`Observer::observe_braking`]), unless a wall or

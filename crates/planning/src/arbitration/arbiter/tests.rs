@@ -174,6 +174,28 @@ fn at_its_goal_the_robot_turns_to_the_heading_that_is_asked_for_and_then_has_arr
 }
 
 #[test]
+fn the_robot_waits_where_people_stand_at_the_goal_and_leave_no_room() {
+    let reason = |at: &[(f64, f64)], goal: f64, speed: f64| {
+        let mut hall = Hall::new();
+        hall.scene.belief.twist.v = 0.0;
+        hall.goal = Point2::new(20.0 + goal, 20.0);
+        for &(x, y) in at {
+            hall.add_person(20.0 + goal + x, 20.0 + y);
+        }
+        hall.scene.people.vx.fill(speed);
+        let s = scores(&[("cnc", &[0.0, 1.0, 2.0]), ("distance", &[1.0, 1.0, 1.0])]);
+        hall.arbitrate(&three(), &s, None).decision.reason
+    };
+    let waits = |at: &[(f64, f64)], goal: f64, speed: f64| reason(at, goal, speed) == Reason::WaitsForGoal;
+    assert!(waits(&[(0.0, 0.0)], 1.7, 0.0));
+    assert!(!waits(&[(0.0, 0.0)], 2.5, 0.0), "it is not there yet");
+    assert!(!waits(&[(0.0, 0.0)], 1.7, 0.5), "who walks will be elsewhere");
+    assert!(!waits(&[(0.6, 0.0)], 1.7, 0.0), "on this side there is room");
+    assert!(waits(&[(0.6, 0.0), (-0.6, 0.0)], 1.7, 0.0), "two leave none between them");
+    assert_eq!(reason(&[(0.0, 0.7)], 0.0, 0.0), Reason::Arrived);
+}
+
+#[test]
 fn a_candidate_that_leaps_is_unreachable() {
     // 0.3 m in a step at top speed, 0.3 m of tolerance
     let candidates = fan(&[(0, 0.0, 2.1), (1, 0.0, 1.9)]);
