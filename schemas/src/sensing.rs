@@ -1,7 +1,8 @@
 //! What the robot senses: laser scan, odometry, people.
 
 use crate::check::{
-    array, checks, each, length, non_negative, number, optional, part, planar_covariances, positive, within,
+    array, checks, each, fraction, length, non_negative, number, optional, part, planar_covariances,
+    positive, within,
 };
 use crate::limits::{MAX_BEAMS, MAX_LASER_DISTANCE, MAX_MAGNITUDE, MAX_PEOPLE};
 use crate::{F32Array, F64Array, Pose, Refusal, Reject, U32Array};
@@ -156,6 +157,9 @@ pub struct People {
     /// For how long each has not been seen, s; absent if all of them are seen now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub age: Option<F32Array>,
+    /// How sure it is that each is a person and not a thing, 0 to 1; absent if all of them surely are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<F32Array>,
 }
 
 checks! { people: People {
@@ -166,6 +170,8 @@ checks! { people: People {
     position_covariance, velocity_covariance: optional(planar_covariances(people.id.len()));
     age: optional(array(people.id.len()));
     age: optional(each(non_negative));
+    probability: optional(array(people.id.len()));
+    probability: optional(each(fraction));
 }}
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! One person over time: whether it is one, where it is and how it moves.
 
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::exp;
 use nalgebra::Matrix2;
 
 use crate::motion::{Estimate, Motion, rotation};
@@ -21,6 +22,8 @@ pub struct Person {
     pub velocity_covariance: Matrix2<f64>,
     /// Seconds since the person was seen last; 0 if in this scan.
     pub age: f64,
+    /// How sure it is that this is a person and not a thing, 0.5 to 1.
+    pub probability: f64,
 }
 
 /// A shape is a person's from so much on, a logarithm: twenty times as likely as a box.
@@ -92,16 +95,22 @@ impl Track {
         self.roundness = (self.roundness + roundness).clamp(-MOST_ROUND, MOST_ROUND);
     }
 
-    /// Whether it is a person. What walks is one, and for a while what is new, unless it has the shape of a box: parts
-    /// of a long one seem to walk along it as the robot does. What stands is one if it is as round as one.
+    /// Whether it is a person.
     pub(crate) fn is_person(&self, stamp: f64, params: &TrackerParams) -> bool {
+        self.confirmed && self.evidence(stamp, params) > 0.0
+    }
+
+    /// How much likelier it is a person than a thing, a logarithm. What walks is one, and for a while what is new, unless
+    /// it has the shape of a box: parts of a long one seem to walk along it as the robot does. What stands is one if it
+    /// is as round as one.
+    fn evidence(&self, stamp: f64, params: &TrackerParams) -> f64 {
         let is_new = stamp - self.begun.0 < params.standing;
         let least = match (self.has_walked, is_new) {
             (true, _) => -ROUND,
             (false, true) => -NEW_ROUND,
             (false, false) => ROUND,
         };
-        self.confirmed && self.roundness > least
+        self.roundness - least
     }
 
     /// Takes note that it is not seen.
@@ -129,7 +138,7 @@ impl Track {
     }
 
     /// What is known of it at `stamp`, for a robot at `robot` on the map.
-    pub(crate) fn person(&self, stamp: f64, robot: Pose2) -> Person {
+    pub(crate) fn person(&self, stamp: f64, robot: Pose2, params: &TrackerParams) -> Person {
         let turn = rotation(-robot.heading);
         let Estimate { state, covariance } = self.estimate();
         let velocity = turn * state.fixed_view::<2, 1>(2, 0);
@@ -140,6 +149,7 @@ impl Track {
             position_covariance: turn * covariance.fixed_view::<2, 2>(0, 0) * turn.transpose(),
             velocity_covariance: turn * covariance.fixed_view::<2, 2>(2, 2) * turn.transpose(),
             age: stamp - self.seen,
+            probability: 1.0 / (1.0 + exp(-self.evidence(stamp, params))),
         }
     }
 }
@@ -157,10 +167,10 @@ mod tests {
             track.predict(0.1, &params);
             track.update(Point2::new(0.8 * t, 0.2 * t), 0.05, t, &params);
         }
-        let seen = track.person(1.0, Pose2::default());
+        let seen = track.person(1.0, Pose2::default(), &params);
         assert!(seen.velocity.distance(Point2::new(0.8, 0.2)) < 0.1, "{seen:?}");
         track.predict(1.0, &params);
-        let hidden = track.person(2.0, Pose2::default());
+        let hidden = track.person(2.0, Pose2::default(), &params);
         assert!(hidden.position.distance(Point2::new(1.6, 0.4)) < 0.15, "{hidden:?}");
         assert_eq!(hidden.age, 1.0);
         // More than the velocity it had makes of it, because it may have changed its way.
@@ -176,9 +186,9 @@ mod tests {
         track.predict(0.1, &params);
         track.update(Point2::new(3.1, 1.0), 0.05, 0.1, &params);
         let (from, to) = (Pose2::new(1.0, 1.0, 0.2), Pose2::new(-4.0, 2.0, 1.5));
-        let before = track.person(0.1, from);
+        let before = track.person(0.1, from, &params);
         track.carry(from, to);
-        let after = track.person(0.1, to);
+        let after = track.person(0.1, to, &params);
         assert!(before.position.distance(after.position) < 1e-12);
         assert!(before.velocity.distance(after.velocity) < 1e-12);
         assert!((before.velocity_covariance - after.velocity_covariance).norm() < 1e-12);

@@ -98,7 +98,7 @@ impl Tracker {
         self.forget(now, robot);
         self.merge();
         let people = self.tracks.iter().filter(|track| track.is_person(now.stamp, &self.params));
-        (people.map(|track| track.person(now.stamp, robot)).collect(), seen)
+        (people.map(|track| track.person(now.stamp, robot, &self.params)).collect(), seen)
     }
 
     /// Gives each track the detections that are most likely its own; gives back those of none.

@@ -162,10 +162,11 @@ PreviousState = Annotated[dict[str, Any], coded({
 
 
 Reason = Annotated[dict[str, Any], coded({
-    "arrived": {}, "turns_to_heading": {}, "least_cost": {}, "last_to_collide": {}, "least_cost_free": {},
-    "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
+    "arrived": {}, "turns_to_heading": {}, "waits_for_goal": {}, "least_cost": {}, "last_to_collide": {},
+    "least_cost_free": {}, "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
     "not_scored": {"term": Name, "previous": PreviousState}, "none_free": {"previous": PreviousState},
     "mission_not_running": {"state": MissionState}, "not_prepared": {}, "people_unknown": {}, "no_way_to_goal": {},
+    "goal_occupied": {},
 })]
 """Why a cycle was decided as it was: a `code` and its parameters."""
 
@@ -386,6 +387,8 @@ class People(methods.People, Message):
     """[people, 3] (xx, xy, yy) m^2/s^2, in `frame`; absent: without error"""
     age: Annotated[F32, Array("f32", "people", low=0.0)] | None = None
     """[people] s since each was seen last, not negative; absent: all are seen now"""
+    probability: Annotated[F32, Array("f32", "people")] | None = None
+    """[people] 0 to 1: that each is a person and no thing; absent: all surely are"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -618,7 +621,7 @@ class Reject(Message):
 
 
 MissionEnd = Annotated[dict[str, Any], coded({
-    "reached": {}, "timeout": {}, "lost": {}, "no_way_to_goal": {}, "cancelled": {},
+    "reached": {}, "timeout": {}, "lost": {}, "no_way_to_goal": {}, "goal_occupied": {}, "cancelled": {},
     "unprepared": {"role": Name, "instance": Name, "reject": Reject}, "world_failed": {"reject": Reject},
 })]
 """Why a mission ended: a `code` and its parameters."""

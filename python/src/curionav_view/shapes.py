@@ -28,6 +28,8 @@ from .heat import OCCUPIED, Field
 HEIGHT_INFORMATION, HEIGHT_DENSITY, HEIGHT_CANDIDATES, HEIGHT_DECISION = 0.01, 0.03, 0.06, 0.12
 HEIGHT_RINGS = 0.09
 PERSON_HEIGHT = 1.7
+SURE = 0.95
+"""From this probability on, what is followed needs no label to say that it is a person."""
 ROBOT_HEIGHT = 0.5
 OBSTACLE_HEIGHT = 0.5
 HEIGHT_PARTICLES, HEIGHT_ELLIPSE = ROBOT_HEIGHT + 0.02, ROBOT_HEIGHT + 0.05
@@ -232,7 +234,7 @@ def velocities(x: Any, y: Any, vx: Any, vy: Any) -> rr.Arrows3D:
 
 
 def people_ellipses(people: People, belief: Belief) -> rr.LineStrips3D:
-    """Where tracked people are with 95 %; of those who are hidden now, the label says for how long."""
+    """Where tracked people are with 95 %; labels say for how long they have been hidden, and what may be none."""
     covariance = people.position_covariance
     if covariance is None:
         return rr.LineStrips3D([])
@@ -245,8 +247,15 @@ def people_ellipses(people: People, belief: Belief) -> rr.LineStrips3D:
         for points in [rotation @ _ring(np.array([[xx, xy], [xy, yy]]))]
     ]
     ages = np.zeros(len(x)) if people.age is None else people.age
-    labels = [f"not seen for {age:.1f} s" if age > 0.0 else "" for age in ages]
+    sure = np.ones(len(x)) if people.probability is None else people.probability
+    labels = [_of_track(float(age), float(probability)) for age, probability in zip(ages, sure, strict=True)]
     return rr.LineStrips3D(strips, colors=[colours.PERSON], radii=[0.02], labels=labels, show_labels=True)
+
+
+def _of_track(age: float, probability: float) -> str:
+    hidden = [f"not seen for {age:.1f} s"] if age > 0.0 else []
+    doubtful = [f"a person with {100.0 * probability:.0f} %"] if probability < SURE else []
+    return ", ".join(hidden + doubtful)
 
 
 def obstacles(report: CycleReport) -> rr.Boxes3D | rr.Clear:

@@ -34,12 +34,28 @@ pub(crate) struct ObstacleWatch {
     recent: Vec<Odometry>,
     seen: Seen,
     obstacles: Obstacles,
+    /// By what rule the mission's tracker takes a beam for explained by the map.
+    tracker: TrackerParams,
 }
 
 impl ObstacleWatch {
     pub(crate) fn new(scans: Latest<Scan>, further: FurtherScans, odometry: Latest<Odometry>) -> Self {
         let seen = Seen::default();
-        Self { scans, further, odometry, recent: Vec::new(), seen, obstacles: Obstacles::default() }
+        let obstacles = Obstacles::default();
+        Self {
+            scans,
+            further,
+            odometry,
+            recent: Vec::new(),
+            seen,
+            obstacles,
+            tracker: TrackerParams::default(),
+        }
+    }
+
+    /// Uses the parameters of a mission's tracker from now on.
+    pub(crate) fn follow(&mut self, tracker: TrackerParams) {
+        self.tracker = tracker;
     }
 
     /// Forgets everything: a run is over, or the base has started over.
@@ -81,7 +97,9 @@ impl ObstacleWatch {
         let map_from_odometry = belief.pose.compose(odometry.relative(Pose2::default()));
         let map = &context.course.map;
         let range_sigma = context.mission.order.laser.range_sigma;
-        let mut place = Place { belief, odometry, people: planning::People::default(), map, range_sigma };
+        let tracker = self.tracker;
+        let mut place =
+            Place { belief, odometry, people: planning::People::default(), map, range_sigma, tracker };
         place.people = people_at(people, &place.belief, scan.stamp);
         if self.seen.by_scanner.take(&scan, &place).is_none() {
             return;
@@ -117,6 +135,7 @@ struct Place<'a> {
     map: &'a Arc<StaticMap>,
     /// Standard deviation of a range, metres.
     range_sigma: f64,
+    tracker: TrackerParams,
 }
 
 /// The evidence of each sensor. They are kept apart, because a laser looks through under the table that a camera sees.
@@ -164,10 +183,10 @@ impl Default for BySensor {
 impl BySensor {
     /// Takes in a scan; nothing if it describes no scanner.
     fn take(&mut self, scan: &Scan, place: &Place<'_>) -> Option<()> {
-        let Place { belief, odometry, people, map, range_sigma } = place;
+        let Place { belief, odometry, people, map, range_sigma, tracker } = place;
         let (ranges, laser) = convert::scan(scan, *range_sigma).ok()?;
         let beams = beams(&ranges, &laser);
-        let detector = Detector::new(Arc::clone(map), TrackerParams::default());
+        let detector = Detector::new(Arc::clone(map), *tracker);
         let mut explained = detector.explained(&ranges, &laser, belief.pose, &belief.covariance);
         explain_people(&mut explained, &beams, &laser, belief, people);
         self.stamp = scan.stamp;
@@ -266,6 +285,7 @@ mod tests {
             people: planning::People::default(),
             map: &map,
             range_sigma: 0.03,
+            tracker: TrackerParams::default(),
         };
         let mut seen = Seen::default();
         let look = |seen: &mut Seen, tick: i32, camera: &dyn Fn(f64) -> f32| {
@@ -288,5 +308,35 @@ mod tests {
         let after: Vec<usize> = (5..10).map(|tick| look(&mut seen, tick, &behind).len()).collect();
         let near = |p: &Point2| p.distance(Point2::default()) < 3.0;
         assert!(!seen.occupied().any(|p| near(&p)), "{after:?}");
+    }
+
+    #[test]
+    fn what_the_map_explains_is_for_the_parameters_of_the_tracker_to_say() {
+        // A wall from 2 m ahead on, and something that seems to stand 0.2 m before it.
+        let cells = (0..160_000).map(|cell| if cell % 400 >= 240 { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(400, 400, 0.05, Pose2::default(), cells).unwrap();
+        let map = Arc::new(StaticMap::new(grid));
+        let obstacles = |map_sigma: f64| {
+            let place = Place {
+                belief: planning::Belief {
+                    pose: Pose2::new(10.0, 10.0, 0.0),
+                    covariance: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-5)),
+                    twist: Twist::default(),
+                },
+                odometry: Pose2::default(),
+                people: planning::People::default(),
+                map: &map,
+                range_sigma: 0.03,
+                tracker: TrackerParams { map_sigma, ..TrackerParams::default() },
+            };
+            let mut seen = Seen::default();
+            for tick in 0..6 {
+                let ahead = |bearing: f64| if bearing.abs() < 0.15 { 1.8 } else { RANGE_MAX as f32 };
+                seen.by_scanner.take(&all_around(0.1 * f64::from(tick), ahead), &place).unwrap();
+            }
+            seen.occupied().count()
+        };
+        assert!(obstacles(0.05) > 0);
+        assert_eq!(obstacles(0.1), 0);
     }
 }

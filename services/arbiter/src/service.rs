@@ -8,6 +8,7 @@ use curionav_planning::geometry::Point2;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
+use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
@@ -117,6 +118,7 @@ impl MissionFollower for Arbiter {
         self.keeping_ready.shutdown().await;
         self.pool.clear();
         self.memory = self.memory.fresh();
+        self.watch.follow(convert::parameters("tracker", &mission.order.tracker_parameters())?);
         let fields = self.fields.clone();
         let mission = mission.clone();
         let in_process = self.in_process;

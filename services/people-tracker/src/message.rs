@@ -24,6 +24,7 @@ pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64)
         position_covariance: Some(people.iter().flat_map(|p| entries(&p.position_covariance)).collect()),
         velocity_covariance: Some(people.iter().flat_map(|p| entries(&p.velocity_covariance)).collect()),
         age: Some(people.iter().map(|person| person.age.max(0.0) as f32).collect()),
+        probability: Some(people.iter().map(|person| person.probability as f32).collect()),
     }
 }
 
@@ -49,6 +50,7 @@ mod tests {
             position_covariance: Matrix2::new(0.04, 0.01, 0.01, 0.02),
             velocity_covariance: Matrix2::new(0.2, 0.0, 0.0, 0.1),
             age: f64::from(id) * 0.1,
+            probability: 0.75,
         }
     }
 

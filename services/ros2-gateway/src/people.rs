@@ -53,6 +53,7 @@ pub(crate) fn people(
         position_covariance: None,
         velocity_covariance: None,
         age: None,
+        probability: None,
     };
     for person in &said.people {
         let p = person.position;

@@ -46,6 +46,7 @@ impl Base {
             position_covariance: None,
             velocity_covariance: None,
             age: None,
+            probability: None,
         };
         let model = convert::robot_model(&mission.order.robot_model);
         let pose = convert::pose(mission.order.initial_pose);

@@ -7,7 +7,7 @@ use crate::arbitration::{
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker, CollisionParams};
 use crate::geometry::{Point2, wrap_angle};
-use crate::motion::RobotModel;
+use crate::motion::{Footprint, RobotModel};
 use crate::occupancy::StaticMap;
 use crate::profile::Profile;
 use crate::scene::Scene;
@@ -155,18 +155,20 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     Verdict { decision, totals, rejected, chosen: Some(index) }
 }
 
-/// What a robot does that has come to its goal: it turns, if a heading is asked for that it does not have yet and there
-/// is room for the turn, or has arrived.
+/// What a robot does that has come to its goal: it turns, if a heading is asked for that it does not have yet, or has
+/// arrived. A disc takes no more room for the turn than if it stood; another footprint waits until there is room.
 fn arrive(context: &Context<'_>, first_collision: &CollisionCheck<'_>) -> Decision {
     let Context { profile, scene, robot, candidates, .. } = *context;
     let steps = candidates.steps();
     let dt = candidates.dt();
     let turn = context.goal_heading.and_then(|heading| last_turn::turn(scene, robot, heading, steps, dt));
-    let Some(trajectory) = turn.filter(|turn| first_collision(turn).is_none()) else {
-        return Decision::stop(Reason::Arrived, dt);
-    };
-    let valid_for = trajectory.duration().min(profile.hold.max_age);
+    let Some(trajectory) = turn else { return Decision::stop(Reason::Arrived, dt) };
     let reason = Reason::TurnsToHeading;
+    let is_disc = matches!(robot.footprint, Footprint::Disc { .. });
+    if !is_disc && first_collision(&trajectory).is_some() {
+        return Decision::stop(reason, dt);
+    }
+    let valid_for = trajectory.duration().min(profile.hold.max_age);
     Decision { action: Action::Follow, reason, candidate: None, trajectory, valid_for, arrived: false }
 }
 

@@ -117,6 +117,7 @@ pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
         position_covariance: round_covariances(&p.position_variance),
         velocity_covariance: round_covariances(&p.velocity_variance),
         age: None,
+        probability: None,
     }
 }
 

@@ -103,6 +103,7 @@ pub fn people() -> People {
         position_covariance: None,
         velocity_covariance: None,
         age: None,
+        probability: None,
     }
 }
 
@@ -113,6 +114,7 @@ pub fn tracked_people() -> People {
         position_covariance: Some(vec![0.01, 0.002, 0.02, 0.09, -0.01, 0.16].into()),
         velocity_covariance: Some(vec![0.04, 0.0, 0.05, 0.2, 0.01, 0.25].into()),
         age: Some(vec![0.0, 0.5].into()),
+        probability: Some(vec![1.0, 0.75].into()),
         ..people()
     }
 }

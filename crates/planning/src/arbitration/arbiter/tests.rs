@@ -165,6 +165,18 @@ fn at_its_goal_the_robot_turns_to_the_heading_that_is_asked_for_and_then_has_arr
         assert!(cycles.is_some() && off < 0.1, "{heading} rad: {cycles:?}, {off} rad off");
         assert!(hall.scene.belief.twist.omega.abs() < 0.2, "it stands");
     }
+    // Beside people a disc turns, and a box waits for room: it is wider across.
+    let mut hall = Hall::new();
+    hall.goal = hall.scene.belief.pose.position();
+    hall.goal_heading = Some(1.6);
+    hall.scene.belief.twist = Twist::default();
+    hall.add_person(20.0, 20.7);
+    let turns = |hall: &Hall| hall.arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).decision;
+    assert_eq!((turns(&hall).reason, turns(&hall).action), (Reason::TurnsToHeading, Action::Follow));
+    let corners = [(-0.5, -0.2), (0.5, -0.2), (0.5, 0.2), (-0.5, 0.2)];
+    let vertices = corners.map(|(x, y)| Point2::new(x, y)).into();
+    hall.robot.footprint = Footprint::Polygon { vertices };
+    assert_eq!((turns(&hall).reason, turns(&hall).action), (Reason::TurnsToHeading, Action::Stop));
     // It has tried for long enough.
     let mut hall = Hall::new();
     hall.goal = hall.scene.belief.pose.position();
@@ -188,7 +200,8 @@ fn the_robot_waits_where_people_stand_at_the_goal_and_leave_no_room() {
     };
     let waits = |at: &[(f64, f64)], goal: f64, speed: f64| reason(at, goal, speed) == Reason::WaitsForGoal;
     assert!(waits(&[(0.0, 0.0)], 1.7, 0.0));
-    assert!(!waits(&[(0.0, 0.0)], 2.5, 0.0), "it is not there yet");
+    assert!(!waits(&[(0.0, 0.0)], 4.0, 0.0), "it is not there yet");
+    assert!(waits(&[(0.0, 0.0)], 2.5, 0.0), "what is free leads away");
     assert!(!waits(&[(0.0, 0.0)], 1.7, 0.5), "who walks will be elsewhere");
     assert!(!waits(&[(0.6, 0.0)], 1.7, 0.0), "on this side there is room");
     assert!(waits(&[(0.6, 0.0), (-0.6, 0.0)], 1.7, 0.0), "two leave none between them");
