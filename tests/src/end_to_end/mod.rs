@@ -13,7 +13,7 @@ mod goals;
 mod localize;
 mod metrics;
 mod narrow;
-mod obstacles;
+pub(crate) mod obstacles;
 pub(crate) mod program;
 mod real_inputs;
 mod recording;

@@ -10,7 +10,7 @@ const REOPENED: &str = "scenarios/reopened/reopened-1.toml";
 const BOX: &str = "\n[[world.objects]]\nat = [3.5, 4.1, 0.0]\nsize = [0.4, 2.0]\n";
 
 /// The first scenario with the box, in `folder`.
-fn foyer(folder: &Path) -> PathBuf {
+pub(crate) fn foyer(folder: &Path) -> PathBuf {
     let maps = root().join("scenarios/maps");
     let scenario = std::fs::read_to_string(root().join("scenarios/quickstart.toml")).unwrap();
     let boxed = scenario.replace("\"maps/", &format!("\"{}/", maps.display())) + BOX;

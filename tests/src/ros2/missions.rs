@@ -1,18 +1,54 @@
 //! Goals of the topic, from the first map to the arrival; and two robots that do not hear each other.
 
 use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::Point2;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
+use curionav_runtime::locked::locked;
 
 use super::peer::Peer;
 use super::robot::{Robot, goal};
-use super::site::{in_turn, metric, robots_router, services, status};
+use super::site::{file, in_turn, metric, robots_router, services, services_with, status};
 use crate::deploy_files::documented_metrics;
+use crate::end_to_end::obstacles::foyer;
+use crate::end_to_end::program::LIMIT;
 
 /// Two metres and a half ahead of where the robot of quickstart begins.
 const NEAR: (f64, f64) = (3.5, 4.2);
+
+/// Beyond the box in the foyer, which stands across the way.
+const BEYOND: Point2 = Point2 { x: 7.0, y: 4.6 };
+
+#[test]
+fn a_box_that_is_on_no_map_is_driven_around() {
+    in_turn(async {
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = foyer(folder.path());
+        for profile in ["curionav", "mppi"] {
+            let (_router, endpoint) = robots_router().await;
+            let file = file("r1", &endpoint, "/r1").replace("distance-only", profile);
+            let services = services_with(&file, "/r1").await;
+            let robot = Robot::of(&scenario, &endpoint, "/r1").await;
+            let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
+            let _map = robot.publish_map();
+            robot.say_pose();
+            poses.that(|_| true).await;
+            robot.peer.put("goal_pose", &goal("map", BEYOND.x, BEYOND.y));
+            let since = Instant::now();
+            let mut room = f64::INFINITY;
+            while robot.truth().position().distance(BEYOND) > 0.8 {
+                assert!(since.elapsed() < LIMIT, "{profile}: {:?} is as far as it comes", robot.truth());
+                room = room.min(locked(&robot.world).truth().wall_clearance);
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+            println!("{profile}: {room:.2} m of room, {:.0} s", since.elapsed().as_secs_f64());
+            assert!(room > 0.0, "{profile}: {room} m");
+            services.stop().await;
+        }
+    });
+}
 
 #[test]
 fn a_goal_of_the_topic_is_reached_on_a_map_that_came_late() {

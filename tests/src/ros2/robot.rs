@@ -1,5 +1,6 @@
 //! A simulated robot with a laser, odometry, transforms and a map, that obeys `cmd_vel`.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -111,8 +112,12 @@ fn header(stamp: f64, frame: &str) -> ros::Header {
 impl Robot {
     /// The robot of quickstart behind `endpoint`, without a map until it is told.
     pub(super) async fn start(endpoint: &str, namespace: &str) -> Self {
-        let file = root().join("scenarios/quickstart.toml");
-        let package = package::read(&file, &Choice::default(), Clock::Realtime, 1.0).unwrap();
+        Self::of(&root().join("scenarios/quickstart.toml"), endpoint, namespace).await
+    }
+
+    /// The robot of this scenario file.
+    pub(super) async fn of(scenario: &Path, endpoint: &str, namespace: &str) -> Self {
+        let package = package::read(scenario, &Choice::default(), Clock::Realtime, 1.0).unwrap();
         let prepared = prepare(&package.request, "robot", &Fields::of_maps([])).ok().unwrap();
         let peer = Arc::new(Peer::new(endpoint, namespace).await);
         let mount = ros::TransformStamped {
