@@ -465,6 +465,14 @@ def test_a_recording_of_two_robots_asks_which(tmp_path: Path) -> None:
     assert Counter(m.NAME for m in recording.messages(file, "r2"))["scan"] == 2
 
 
+def test_the_scan_of_a_further_sensor_is_not_taken_for_the_scanners(tmp_path: Path) -> None:
+    sent = drive.drive(2)
+    camera = [(f"{key}/camera", message) for key, message in sent if key.endswith("/scan")]
+    file = drive.record(tmp_path / "camera.mcap", sent + camera)
+    assert len(camera) == 2
+    assert Counter(m.NAME for m in recording.messages(file))["scan"] == 2
+
+
 def test_a_message_that_is_not_understood_costs_only_itself(tmp_path: Path) -> None:
     class Broken(Message):
         NAME = "scan"

@@ -31,6 +31,11 @@ pub fn further_scans(name: &str) -> Result<String, KeyError> {
     Ok(format!("{}/*", robot(name, "scan")?))
 }
 
+/// Where all further sensors of every robot send theirs.
+pub fn every_further_scan() -> String {
+    format!("{ROOT}/robot/*/scan/*")
+}
+
 /// The sensor that the key of a further scan names; nothing if its last chunk is not a plain name.
 pub fn sensor(key: &str) -> Option<&str> {
     last_name(key)
@@ -191,6 +196,7 @@ mod tests {
         assert_eq!(robot("r1", "scan").unwrap(), "curionav/@v1/robot/r1/scan");
         assert_eq!(further_scan("r1", "camera").unwrap(), "curionav/@v1/robot/r1/scan/camera");
         assert_eq!(further_scans("r1").unwrap(), "curionav/@v1/robot/r1/scan/*");
+        assert_eq!(every_further_scan(), "curionav/@v1/robot/*/scan/*");
         assert_eq!(every_robot("report").unwrap(), "curionav/@v1/robot/*/report");
         assert_eq!(every_live_of("cpc").unwrap(), "curionav/@v1/live/cpc/*");
         let operator = "operator.ward3";

@@ -36,7 +36,7 @@ pub enum Item {
     Memory(Box<Memory>),
     /// What a planning cycle came to.
     Report(Box<CycleReport>),
-    /// What the laser of the robot of that name saw.
+    /// What the scanner of the robot of that name saw. Scans of further sensors are passed over.
     Scan(String, Box<Scan>),
     /// How far that robot has driven.
     Odometry(String, Odometry),
@@ -63,6 +63,8 @@ struct Channel {
     encoding: String,
     /// The robot or world whose messages these are.
     owner: String,
+    /// The rest of their key, such as `scan` or `scan/camera`.
+    stream: String,
 }
 
 impl Reader {
@@ -101,9 +103,11 @@ impl Reader {
                     }
                     Record::Channel(channel) => {
                         let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                        let owner = names(&channel.topic).0.to_owned();
+                        let (owner, stream) = names(&channel.topic);
+                        let owner = owner.to_owned();
+                        let stream = stream.to_owned();
                         let encoding = channel.message_encoding;
-                        self.channels.insert(channel.id, Channel { schema, encoding, owner });
+                        self.channels.insert(channel.id, Channel { schema, encoding, owner, stream });
                     }
                     Record::Message { header, data } => {
                         let channel = self.channels.get(&header.channel_id);
@@ -129,7 +133,7 @@ impl Reader {
 }
 
 fn item(channel: &Channel, data: &[u8]) -> anyhow::Result<Option<Item>> {
-    let Channel { schema, owner, .. } = channel;
+    let Channel { schema, owner, stream, .. } = channel;
     let Some((name, _)) = schema.strip_prefix("curionav.").and_then(|rest| rest.rsplit_once('.')) else {
         return Ok(None);
     };
@@ -141,7 +145,9 @@ fn item(channel: &Channel, data: &[u8]) -> anyhow::Result<Option<Item>> {
         ServiceStatus::NAME => Item::Status(Box::new(ServiceStatus::decode(data, Some(&encoding))?)),
         Memory::NAME => Item::Memory(Box::new(Memory::decode(data, Some(&encoding))?)),
         CycleReport::NAME => Item::Report(Box::new(CycleReport::decode(data, Some(&encoding))?)),
-        Scan::NAME => Item::Scan(owner.clone(), Box::new(Scan::decode(data, Some(&encoding))?)),
+        Scan::NAME if stream == "scan" => {
+            Item::Scan(owner.clone(), Box::new(Scan::decode(data, Some(&encoding))?))
+        }
         Odometry::NAME => Item::Odometry(owner.clone(), Odometry::decode(data, Some(&encoding))?),
         Belief::NAME => Item::Belief(owner.clone(), Box::new(Belief::decode(data, Some(&encoding))?)),
         RunStatus::NAME => Item::Run(Box::new(RunStatus::decode(data, Some(&encoding))?)),

@@ -68,6 +68,12 @@ impl Scope {
         for stream in STREAMS {
             all.extend(self.of_robots(stream)?);
         }
+        if self.robots.is_empty() {
+            all.push(keys::every_further_scan());
+        }
+        for robot in &self.robots {
+            all.push(keys::further_scans(robot)?);
+        }
         match &self.worlds {
             Worlds::All => all.push(keys::every_world("run")?),
             Worlds::Only(world) => all.push(keys::world(world, "run")?),
@@ -282,7 +288,7 @@ impl Writing {
         let now = if message.stamp().is_none() && others > 0 { others } else { now };
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
         self.file.contract(key, encoding, payload, time)?;
-        if is_drawn { message.show(owner, time, &mut self.file) } else { Ok(()) }
+        if is_drawn { message.show((owner, stream), time, &mut self.file) } else { Ok(()) }
     }
 
     /// Gets the map of a mission and the versions of the services that carry it out.
@@ -347,10 +353,11 @@ fn own_key(key: &str, payload: &[u8]) -> Option<String> {
     }
 }
 
-/// (robot or world, stream) of a key; for maps and statuses, which have neither, the family.
+/// (robot or world, stream) of a key; for maps and statuses, which have neither, the family. The stream of a further
+/// sensor has two chunks, such as `scan/camera`.
 pub(super) fn names(key: &str) -> (&str, &str) {
     let rest = key.strip_prefix(keys::ROOT).unwrap_or(key).trim_start_matches('/');
-    let mut chunks = rest.split('/');
+    let mut chunks = rest.splitn(3, '/');
     match (chunks.next(), chunks.next(), chunks.next()) {
         (Some("robot" | "world"), Some(owner), Some(stream)) => (owner, stream),
         (Some(family), ..) => (family, family),
@@ -361,6 +368,7 @@ pub(super) fn names(key: &str) -> (&str, &str) {
 #[cfg(test)]
 mod tests {
     use curionav_runtime::{convert, session};
+    use curionav_schemas::Scan;
     use curionav_testing::golden;
 
     use super::*;
@@ -417,6 +425,41 @@ mod tests {
         assert!(words >= 2 && goals == 1, "{words} words, {goals} goals");
     }
 
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_camera_is_recorded_and_drawn_beside_the_scanner_and_is_not_read_as_it() {
+        let path = std::env::temp_dir().join(format!("curionav-cameras-{}.mcap", std::process::id()));
+        let session = session::embedded().await.unwrap();
+        let scope = Scope { robots: vec!["r1".into()], ..Scope::default() };
+        let recorder = Recorder::start(&session, &path, &scope).unwrap();
+        let scanned = golden::scan();
+        let camera = golden::spotty_scan();
+        let of_scanner = keys::robot("r1", "scan").unwrap();
+        let of_camera = keys::further_scan("r1", "camera").unwrap();
+        let of_another = keys::further_scan("r2", "camera").unwrap();
+        for (key, scan) in [(&of_scanner, &scanned), (&of_camera, &camera), (&of_another, &camera)] {
+            session.put(key, scan.encode()).encoding(Scan::ENCODING).wait().unwrap();
+        }
+        let tally = recorder.finish().await.unwrap();
+        session::close(&session);
+        let mut reader = Reader::open(&path).unwrap();
+        let read = [reader.next_message().unwrap(), reader.next_message().unwrap()];
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!((tally.written, tally.refused), (4, 0));
+        let [Some(Item::Scan(_, scan)), None] = read else { panic!("{read:?}") };
+        assert_eq!(*scan, scanned);
+        let of_topic: BTreeMap<String, (String, Vec<u8>)> = mcap::MessageStream::new(&bytes)
+            .unwrap()
+            .map(|message| message.unwrap())
+            .map(|m| {
+                (m.channel.topic.clone(), (m.channel.schema.clone().unwrap().name.clone(), m.data.to_vec()))
+            })
+            .collect();
+        assert_eq!(of_topic["/r1/scan/camera"].0, "foxglove.LaserScan");
+        assert_eq!(of_topic[&of_camera], (Scan::SCHEMA.to_owned(), camera.encode()));
+        assert!(of_topic.len() == 4 && of_topic.contains_key("/r1/scan"), "{:?}", of_topic.keys());
+    }
+
     #[test]
     fn messages_without_content_fill_the_queue_too() {
         let (sender, _arrivals) = mpsc::unbounded_channel();
@@ -441,11 +484,13 @@ mod tests {
     fn every_recorded_key_is_known_by_its_stream() {
         let scope = Scope { robots: vec!["r1".into()], worlds: Worlds::Only("hall".into()) };
         let keys = scope.keys().unwrap();
-        assert_eq!(keys.len(), STREAMS.len() + 1);
+        assert_eq!(keys.len(), STREAMS.len() + 2);
         for (key, stream) in keys.iter().zip(STREAMS) {
             assert_eq!(names(key), ("r1", stream));
         }
-        assert_eq!(names(&keys[STREAMS.len()]), ("hall", "run"));
+        assert_eq!(names(&keys[STREAMS.len()]), ("r1", "scan/*"));
+        assert_eq!(names(&keys[STREAMS.len() + 1]), ("hall", "run"));
+        assert!(Scope::default().keys().unwrap().contains(&keys::every_further_scan()));
         assert_eq!(names(&keys::status("cpc", "a").unwrap()), ("status", "status"));
         assert_eq!(names(&keys::map(&MapId([3; 32]))), ("map", "map"));
     }

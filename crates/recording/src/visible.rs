@@ -40,6 +40,7 @@ impl Visible {
             "memory" => Memory::decode(bytes, encoding).map(|_| Self::Nothing(None))?,
             "run" => RunStatus::decode(bytes, encoding).map(|_| Self::Nothing(None))?,
             "map" => Self::Map(OccupancyGrid::decode(bytes, encoding)?),
+            _ if stream.starts_with("scan/") => Self::Scan(Scan::decode(bytes, encoding)?),
             _ => ServiceStatus::decode(bytes, encoding).map(|_| Self::Nothing(None))?,
         })
     }
@@ -57,11 +58,16 @@ impl Visible {
         }
     }
 
-    /// Writes what can be drawn. `owner` is the robot's or world's name.
-    pub(super) fn show(&self, owner: &str, time: u64, file: &mut RecordingWriter) -> anyhow::Result<()> {
+    /// Writes what can be drawn of a message on a stream of `owner`, which is the robot's or world's name.
+    pub(super) fn show(
+        &self,
+        (owner, stream): (&str, &str),
+        time: u64,
+        file: &mut RecordingWriter,
+    ) -> anyhow::Result<()> {
         let topic = |name: &str| format!("/{owner}/{name}");
         match self {
-            Self::Scan(scan) => file.picture(&topic("scan"), &drawn::scan(owner, scan, time), time),
+            Self::Scan(scan) => file.picture(&topic(stream), &drawn::scan(owner, scan, time), time),
             Self::Belief(belief) => {
                 file.picture("/tf", &drawn::transform(owner, belief, time), time)?;
                 file.picture(&topic("belief"), &drawn::believed(belief, time), time)?;

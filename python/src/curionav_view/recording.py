@@ -61,6 +61,9 @@ def messages(path: Path, robot: str | None = None) -> Iterator[Message]:
         kind = MESSAGES.get(name)
         if kind is None or (topic.startswith(_ROBOT) and not topic.startswith(own)):
             continue
+        # A further sensor's scan would be drawn as the scanner's.
+        if topic.startswith(f"{own}scan/"):
+            continue
         try:
             yield kind.decode(data)
         except DecodeError as error:
