@@ -41,6 +41,7 @@ const fn client(
 /// What is published about each robot.
 const STREAMS: &[&str] = &[
     "robot/*/scan",
+    "robot/*/scan/*",
     "robot/*/odom",
     "robot/*/people",
     "robot/*/belief",
@@ -55,6 +56,7 @@ const STREAMS: &[&str] = &[
 /// What is published about the robots that a certificate lists.
 const STREAMS_OF_LISTED: &[&str] = &[
     "robot/{robots}/scan",
+    "robot/{robots}/scan/*",
     "robot/{robots}/odom",
     "robot/{robots}/people",
     "robot/{robots}/belief",
