@@ -214,6 +214,33 @@ mod tests {
     }
 
     #[test]
+    fn a_probability_is_one_for_each_person_and_between_nothing_and_certainty() {
+        let with = |probability: &[f32]| {
+            let people = People {
+                tick: 0,
+                stamp: 0.0,
+                frame: Frame::Robot,
+                radius: 0.25,
+                id: vec![1, 2].into(),
+                x: vec![1.0; 2].into(),
+                y: vec![0.0; 2].into(),
+                vx: vec![0.0; 2].into(),
+                vy: vec![0.0; 2].into(),
+                position_covariance: None,
+                velocity_covariance: None,
+                age: None,
+                probability: Some(probability.into()),
+            };
+            people.validate().map_err(|reject| reject.field)
+        };
+        assert_eq!(with(&[0.0, 1.0]), Ok(()));
+        assert_eq!(with(&[0.75]), Err(Some("probability".into())));
+        for wrong in [-0.1, 1.1, f32::NAN] {
+            assert_eq!(with(&[0.5, wrong]), Err(Some("probability[1]".into())), "{wrong}");
+        }
+    }
+
+    #[test]
     fn a_range_may_be_no_number_but_not_negative_or_infinite() {
         let with = |range: f32| {
             let mut scan = scan(181, 0.01);

@@ -195,6 +195,27 @@ mod tests {
     }
 
     #[test]
+    fn what_stands_is_a_person_once_its_shape_says_so_and_what_walks_until_its_shape_denies_it() {
+        let params = TrackerParams { confirm: 1, confirm_of: 1, ..TrackerParams::default() };
+        let judged = |has_walked: bool, stamp: f64, roundness: f64| {
+            let mut track = Track::new(1, Point2::default(), 0.05, 0.0, &params);
+            track.has_walked = has_walked;
+            track.take_shape(roundness);
+            (track.is_person(stamp, &params), track.person(stamp, Pose2::default(), &params).probability)
+        };
+        for (has_walked, stamp, least) in [(true, 60.0, -3.0), (false, 1.0, -1.0), (false, 60.0, 3.0)] {
+            assert_eq!(judged(has_walked, stamp, least), (false, 0.5));
+            let (is_person, probability) = judged(has_walked, stamp, least + 0.01);
+            assert!(is_person && probability > 0.5);
+            // The odds are e to the evidence: here e to 1.
+            let (is_person, probability) = judged(has_walked, stamp, least - 1.0);
+            assert!(!is_person && (probability - 0.268_941).abs() < 1e-6, "{probability}");
+        }
+        // What has walked and shows no shape.
+        assert!((judged(true, 60.0, 0.0).1 - 0.952_574).abs() < 1e-6);
+    }
+
+    #[test]
     fn three_of_five_scans_make_a_person() {
         let params = TrackerParams::default();
         let after = |pattern: &[bool]| {

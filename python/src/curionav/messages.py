@@ -387,8 +387,8 @@ class People(methods.People, Message):
     """[people, 3] (xx, xy, yy) m^2/s^2, in `frame`; absent: without error"""
     age: Annotated[F32, Array("f32", "people", low=0.0)] | None = None
     """[people] s since each was seen last, not negative; absent: all are seen now"""
-    probability: Annotated[F32, Array("f32", "people")] | None = None
-    """[people] 0 to 1: that each is a person and no thing; absent: all surely are"""
+    probability: Annotated[F32, Array("f32", "people", low=0, high=1)] | None = None
+    """[people] 0..1 that each is a person and no thing; absent: all surely are"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

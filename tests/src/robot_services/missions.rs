@@ -7,7 +7,7 @@ use curionav_runtime::process::Service;
 use curionav_runtime::topic::Flow;
 use curionav_schemas::{
     Clock, MissionCommand, MissionEnd, MissionState, Odometry, Prepared, Refusal, Reject, ServiceStatus,
-    Twist,
+    Twist, Value,
 };
 use curionav_testing::golden;
 
@@ -69,6 +69,22 @@ async fn an_arbiter_that_waits_hears_of_other_missions() {
         "{:?}",
         refused.end
     );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn wrong_parameters_of_the_tracker_are_refused_by_every_role_that_uses_them() {
+    for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
+        let mut bench = TestBench::start(&[DRIVER, service], true).await;
+        bench.host_map();
+        let mut order = TestBench::order(Clock::Realtime, &[role]);
+        order.tracker = Some(Value::Map(vec![("map_sigma".into(), (-1.0).into())]));
+        bench.request(MissionCommand::Set { order: Box::new(order) }).await;
+        let refused = bench.mission_that(|mission| mission.state == MissionState::Finished).await;
+        let Some(MissionEnd::Unprepared { role: by, reject, .. }) = refused.end else {
+            panic!("{refused:?}")
+        };
+        assert_eq!((by.as_str(), reject.field.as_deref()), (role, Some("tracker.map_sigma")), "{reject}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
