@@ -21,7 +21,7 @@ pub enum Outcome {
     Timeout,
     /// The robot is not where it believes it is.
     Lost,
-    /// Obstacles that are on no map close every way to the goal.
+    /// Obstacles that are on no map close every way to the goal, or people stand there.
     NoWay,
 }
 

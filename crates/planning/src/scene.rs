@@ -186,7 +186,7 @@ pub struct Scene {
     /// For how long the robot has not left the place where it is, seconds
     /// ([`crate::generation::RecoveryParams::radius`]).
     pub in_place: f64,
-    /// Whether the robot has stayed where it is for so long that terms which give way count less
+    /// Whether terms which give way count less: the robot has stayed where it is for long, or people are at its goal
     /// ([`crate::profile::Patience`]).
     pub impatient: bool,
 }

@@ -288,7 +288,7 @@ impl Writing {
         let now = if message.stamp().is_none() && others > 0 { others } else { now };
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
         self.file.contract(key, encoding, payload, time)?;
-        if is_drawn { message.show((owner, stream), time, &mut self.file) } else { Ok(()) }
+        if is_drawn { message.show(owner, stream, time, &mut self.file) } else { Ok(()) }
     }
 
     /// Gets the map of a mission and the versions of the services that carry it out.

@@ -61,7 +61,8 @@ impl Visible {
     /// Writes what can be drawn of a message on a stream of `owner`, which is the robot's or world's name.
     pub(super) fn show(
         &self,
-        (owner, stream): (&str, &str),
+        owner: &str,
+        stream: &str,
         time: u64,
         file: &mut RecordingWriter,
     ) -> anyhow::Result<()> {

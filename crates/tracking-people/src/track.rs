@@ -100,9 +100,9 @@ impl Track {
         self.confirmed && self.evidence(stamp, params) > 0.0
     }
 
-    /// How much likelier it is a person than a thing, a logarithm. What walks is one, and for a while what is new, unless
-    /// it has the shape of a box: parts of a long one seem to walk along it as the robot does. What stands is one if it
-    /// is as round as one.
+    /// How much likelier it is a person than a thing, a logarithm. What walks is one, and for a while what is new,
+    /// unless it has the shape of a box: parts of a long one seem to walk along it as the robot does. What stands is
+    /// one if it is as round as one.
     fn evidence(&self, stamp: f64, params: &TrackerParams) -> f64 {
         let is_new = stamp - self.begun.0 < params.standing;
         let least = match (self.has_walked, is_new) {

@@ -412,7 +412,7 @@ class Scene(methods.Scene, Message):
     in_place_s: NonNegative
     """s for which the robot has not left the place where it is, not negative"""
     impatient: bool = False
-    """no if left out; it has stayed where it is for so long that terms which give way count less"""
+    """no if left out; terms which give way count less: it has not moved on, or people are at its goal"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -1215,7 +1215,7 @@ class RunResult(Message):
     planner: str
     seed: Uint
     outcome: Literal["reached", "timeout", "lost", "no_way"]
-    """the last one: obstacles have closed every way"""
+    """the last one: obstacles or people close the goal"""
     measures: Measures
     contacts: Annotated[list[Contact] | None, {"limit": 256}] = None
     """the collisions, in their order"""

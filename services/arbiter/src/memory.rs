@@ -36,9 +36,14 @@ impl Closed {
         }
     }
 
+    /// Since when it lasts, seconds of the robot's clock; nothing if it seems to be over.
+    fn begun(&self) -> Option<f64> {
+        self.since.filter(|_| self.open_since.is_none())
+    }
+
     /// For how long it has lasted at `stamp`, seconds; 0 if it seems to be over.
     fn lasts(&self, stamp: f64) -> f64 {
-        self.since.filter(|_| self.open_since.is_none()).map_or(0.0, |since| stamp - since)
+        self.begun().map_or(0.0, |since| stamp - since)
     }
 }
 
@@ -143,7 +148,7 @@ impl Memory {
 
     /// Whether obstacles closed every way in the cycle before.
     pub(crate) fn are_ways_closed(&self) -> bool {
-        self.ways.since.is_some() && self.ways.open_since.is_none()
+        self.ways.begun().is_some()
     }
 
     /// Takes note at `stamp` of whether people at the goal make the robot wait.

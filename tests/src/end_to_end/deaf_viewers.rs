@@ -15,16 +15,16 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::program::{
-    Deployment, LIMIT, RunJson, in_real_time, lines, root, run, signal, soak_time, turn, two_workers,
+    Deployment, LIMIT, RunJson, in_real_time, lines, quickstart_with, run, signal, soak_time, turn,
+    two_workers,
 };
 
-const QUICK: &str = "scenarios/quickstart.toml";
 const VIEWERS: usize = 20;
 /// Between two commands, in the robot's time: two ticks, and what a machine adds at times that others use as well. A
 /// gap of 0.32 s was seen without any viewer. One viewer that is waited for makes one of 0.6 s.
 const GAP_MAX: f64 = 0.2 + 0.3;
-/// The share of its mean speed that the robot may lose. No two runs in real time are alike, and one viewer that is waited
-/// for costs three tenths.
+/// The share of its mean speed that the robot may lose. No two runs in real time are alike, and one viewer that is
+/// waited for costs three tenths.
 const SLOWER_MAX: f64 = 0.1;
 /// How long a slow viewer takes for a message: of the thirty that come per second it reads three.
 const DAWDLED: Duration = Duration::from_millis(300);
@@ -224,14 +224,6 @@ impl Site {
     }
 }
 
-/// The first scenario without its people: those that a robot meets decide how fast it gets on.
-fn without_people() -> String {
-    let scenario = std::fs::read_to_string(root().join(QUICK)).unwrap();
-    let (before, _) = scenario.split_once("[[walkers]]").unwrap();
-    let before = before.replace("\"maps/", &format!("\"{}/", root().join("scenarios/maps").display()));
-    before + "[planner]\nprofile = \"curionav\"\n"
-}
-
 fn deaf_viewers_slow_no_robot(is_over_tls: bool) {
     let _turn = turn();
     let lasts = soak_time(5);
@@ -243,7 +235,8 @@ fn deaf_viewers_slow_no_robot(is_over_tls: bool) {
     let at: Vec<String> = at.into_iter().map(str::to_owned).collect();
     let runtime = two_workers();
     let scenario = place.path().join("empty.toml");
-    std::fs::write(&scenario, without_people()).unwrap();
+    // Those that a robot meets decide how fast it gets on.
+    std::fs::write(&scenario, quickstart_with("", "curionav")).unwrap();
     let scenario = scenario.to_str().unwrap().to_owned();
     let session = runtime.block_on(session::client(&config(deployment.endpoint(), pki.clone()))).unwrap();
     let commands = Watch::start(&session, "cmd");

@@ -1,21 +1,15 @@
 //! Goals at which people stand, or near which they do.
 
-use super::program::{RunJson, root, run, turn};
+use super::program::{RunJson, quickstart_with, run, turn};
 
-const QUICK: &str = "scenarios/quickstart.toml";
 /// Where the quickstart's robot is sent.
 const GOAL: (f64, f64) = (11.0, 5.2);
 
 /// The quickstart with this one person instead of its people.
 fn with_person(person: &str, planner: &str) -> (RunJson, i32) {
-    let maps = root().join("scenarios/maps");
-    let text = std::fs::read_to_string(root().join(QUICK)).unwrap();
-    let (before, _) = text.split_once("[[walkers]]").unwrap();
-    let scenario = before.replace("\"maps/", &format!("\"{}/", maps.display()));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("goal.toml");
-    std::fs::write(&file, format!("{scenario}[[walkers]]\n{person}\n[planner]\nprofile = \"{planner}\"\n"))
-        .unwrap();
+    std::fs::write(&file, quickstart_with(&format!("[[walkers]]\n{person}"), planner)).unwrap();
     run(file.to_str().unwrap(), &[])
 }
 

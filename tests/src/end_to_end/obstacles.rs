@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::program::{Deployment, curionav, root, run, turn};
+use super::program::{Deployment, curionav, quickstart, run, turn};
 
 const CLOSED: &str = "scenarios/closed/closed-1.toml";
 const REOPENED: &str = "scenarios/reopened/reopened-1.toml";
@@ -11,11 +11,8 @@ const BOX: &str = "\n[[world.objects]]\nat = [3.5, 4.1, 0.0]\nsize = [0.4, 2.0]\
 
 /// The first scenario with the box, in `folder`.
 pub(crate) fn foyer(folder: &Path) -> PathBuf {
-    let maps = root().join("scenarios/maps");
-    let scenario = std::fs::read_to_string(root().join("scenarios/quickstart.toml")).unwrap();
-    let boxed = scenario.replace("\"maps/", &format!("\"{}/", maps.display())) + BOX;
     let path = folder.join("box.toml");
-    std::fs::write(&path, boxed).unwrap();
+    std::fs::write(&path, quickstart() + BOX).unwrap();
     path
 }
 

@@ -59,6 +59,19 @@ pub(crate) fn two_workers() -> tokio::runtime::Runtime {
     tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap()
 }
 
+/// The first scenario with absolute paths of its maps, so that it can stand anywhere.
+pub(crate) fn quickstart() -> String {
+    let scenario = std::fs::read_to_string(root().join("scenarios/quickstart.toml")).unwrap();
+    scenario.replace("\"maps/", &format!("\"{}/", root().join("scenarios/maps").display()))
+}
+
+/// The same with these people instead of its own, none or `[[walkers]]`, and with this planner.
+pub(crate) fn quickstart_with(people: &str, planner: &str) -> String {
+    let quickstart = quickstart();
+    let (before, _) = quickstart.split_once("[[walkers]]").unwrap();
+    format!("{before}{people}\n[planner]\nprofile = \"{planner}\"\n")
+}
+
 /// Starts `curionav` without reading what it says.
 pub(crate) fn spawn(arguments: &[&str]) -> Child {
     command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()

@@ -23,10 +23,7 @@ const SENSORS: &str = "\
 /// A robot with both, which stands and knows where it is.
 async fn localized(endpoint: &str) -> (Robot, zenoh_ext::AdvancedPublisher<'static>) {
     let robot = Robot::start(endpoint, "/r1").await;
-    let map = robot.publish_map();
-    let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
-    robot.say_pose();
-    poses.that(|_| true).await;
+    let map = robot.localise().await;
     (robot, map)
 }
 

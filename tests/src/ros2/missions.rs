@@ -31,10 +31,7 @@ fn a_box_that_is_on_no_map_is_driven_around() {
             let file = file("r1", &endpoint, "/r1").replace("distance-only", profile);
             let services = services_with(&file, "/r1").await;
             let robot = Robot::of(&scenario, &endpoint, "/r1").await;
-            let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
-            let _map = robot.publish_map();
-            robot.say_pose();
-            poses.that(|_| true).await;
+            let _map = robot.localise().await;
             robot.peer.put("goal_pose", &goal("map", BEYOND.x, BEYOND.y));
             let since = Instant::now();
             let mut room = f64::INFINITY;

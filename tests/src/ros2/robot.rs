@@ -171,6 +171,15 @@ impl Robot {
         self.peer.put("initialpose", &ros::PoseWithCovarianceStamped { header: header(0.0, "map"), pose });
     }
 
+    /// Publishes the map, says where the robot is, and waits until it is localised.
+    pub(super) async fn localise(&self) -> AdvancedPublisher<'static> {
+        let map = self.publish_map();
+        let poses = self.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
+        self.say_pose();
+        poses.that(|_| true).await;
+        map
+    }
+
     pub(super) fn truth(&self) -> Pose2 {
         locked(&self.world).truth().pose
     }

@@ -22,10 +22,7 @@ pub(super) fn is_zero(said: &ros::TwistStamped) -> bool {
 /// A robot that drives.
 async fn driving(endpoint: &str) -> (Robot, zenoh_ext::AdvancedPublisher<'static>) {
     let robot = Robot::start(endpoint, "/r1").await;
-    let map = robot.publish_map();
-    let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
-    robot.say_pose();
-    poses.that(|_| true).await;
+    let map = robot.localise().await;
     robot.peer.put("goal_pose", &goal("map", FAR.0, FAR.1));
     robot.commands.that(|said| said.twist.linear.x > 0.3).await;
     (robot, map)

@@ -18,8 +18,8 @@ use simulation::*;
 
 /// Mean of chi-square with three degrees of freedom: what an honest filter's NEES averages to.
 const HONEST: f64 = 3.0;
-/// Share of it that is reached at least. The covariance is that of the particles, and a refined pose is better than they
-/// are.
+/// Share of it that is reached at least. The covariance is that of the particles, and a refined pose is better than
+/// they are.
 const REFINED: f64 = 0.2;
 
 #[test]

@@ -14,9 +14,6 @@ use crate::scene::Scene;
 use crate::speed_zones::allowed_share;
 use crate::trajectory::Trajectory;
 
-/// Metres by which what a robot at its goal would drive must end nearer for it to go on.
-const NEARER: f64 = 0.05;
-
 /// Seconds in one place after which a robot at its goal no longer tries to come nearer.
 const LINGERING: f64 = 5.0;
 
@@ -122,8 +119,8 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
         chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
     }
-    let ends_nearer = |index: usize| candidates.end(index).position().distance(goal) < to_go - NEARER;
-    if at_goal && !chosen.as_ref().is_some_and(|(index, ..)| ends_nearer(*index)) {
+    let end = chosen.as_ref().map(|(index, ..)| candidates.end(*index));
+    if at_goal && !end.is_some_and(|end| occupied_goal::is_nearer(end, goal, to_go)) {
         return Verdict { decision: arrive(context, first_collision), totals, rejected, chosen: None };
     }
     let Some((index, slow, trajectory)) = chosen else {

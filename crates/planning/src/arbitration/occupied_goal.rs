@@ -14,7 +14,7 @@ use crate::trajectory::Trajectory;
 const POLITE: f64 = 1.2;
 /// Nearer to an occupied goal the robot stops instead of being led away from it, metres: it does not circle.
 const STAYS_WITHIN: f64 = 3.0;
-/// Metres by which what it would drive must end nearer.
+/// Metres by which what a robot before its goal would drive must end nearer for it to go on.
 const NEARER: f64 = 0.05;
 /// Who is faster does not stand, m/s: what a tracker takes for the speed of people who stand stays below it.
 const STANDS: f64 = 0.3;
@@ -49,7 +49,7 @@ pub(super) fn is_awaited(goal: &Goal<'_>, trajectory: &Trajectory) -> bool {
     let near = body + POLITE + robot.stopping_distance(belief.twist.v);
     let is_near = at_goal.iter().any(|(p, _)| p.distance(here.position()) < near);
     let end = trajectory.states().poses(0..trajectory.len()).last();
-    let ends_nearer = end.is_none_or(|end| end.position().distance(goal) < to_go - NEARER);
+    let ends_nearer = end.is_none_or(|end| is_nearer(end, goal, to_go));
     if !is_near && (ends_nearer || to_go > STAYS_WITHIN) {
         return false;
     }
@@ -57,6 +57,11 @@ pub(super) fn is_awaited(goal: &Goal<'_>, trajectory: &Trajectory) -> bool {
     let mut places = places(goal, tolerance).filter(|p| checker.wall_clear(Pose2 { x: p.x, y: p.y, ..here }));
     let is_taken = |place: Point2| at_goal.iter().any(|(p, radius)| p.distance(place) < *radius);
     places.next().is_some_and(is_taken) && places.all(is_taken)
+}
+
+/// Whether a way that ends at `end` brings a robot nearer that has `to_go` metres left.
+pub(super) fn is_nearer(end: Pose2, goal: Point2, to_go: f64) -> bool {
+    end.position().distance(goal) < to_go - NEARER
 }
 
 /// The goal, and places around it.

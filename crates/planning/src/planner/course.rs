@@ -145,8 +145,8 @@ impl Course {
         self.geodesic.at(start).is_finite()
     }
 
-    /// Adds to a scene what the course knows: obstacles, how narrow the way ahead is, and whether people are at the goal
-    /// ([`Patience::near_goal`](crate::profile::Patience::near_goal)).
+    /// Adds to a scene what the course knows: obstacles, how narrow the way ahead is, and whether people are at the
+    /// goal ([`Patience::near_goal`](crate::profile::Patience::near_goal)).
     pub fn complete(&self, scene: &mut Scene) {
         let here = scene.belief.pose.position();
         scene.obstacles = self.obstacles.clone();
