@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use anyhow::bail;
-use curionav_lab::localize::Recorded;
+use curionav_lab::robot_log::Recorded;
 use curionav_recording::{Item, Reader};
 
 use crate::recording::robots::only_one;

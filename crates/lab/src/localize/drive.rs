@@ -9,7 +9,7 @@ use curionav_planning::occupancy::StaticMap;
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
-use super::log::Log;
+use crate::robot_log::Log;
 use crate::statistics::{mean, median};
 
 /// Where the filter starts.

@@ -1,9 +1,6 @@
 //! `curionav localize`: the localiser on a log of a robot.
 
-mod carmen;
 mod drive;
-mod log;
-mod recorded;
 
 use std::path::{Path, PathBuf};
 
@@ -23,11 +20,10 @@ use curionav_runtime::print::print;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use carmen::Scanner;
+use crate::robot_log::arguments::{LogFiles, pose, range_max, within};
+use crate::robot_log::carmen::Scanner;
+use crate::robot_log::{Faults, Log, Recorded, recorded};
 use drive::{Consistency, Errors, Filter, Start, Track, by_odometry};
-use log::{Faults, Log};
-
-pub use recorded::Recorded;
 
 /// What every MCAP file begins with.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -75,10 +71,11 @@ pub struct Options {
     #[arg(long, value_name = "X,Y,HEADING", value_parser = pose, allow_hyphen_values = true)]
     laser: Option<Pose2>,
     /// Ranges from here on met nothing, metres.
-    #[arg(long, value_name = "M", default_value_t = 30.0, value_parser = between::<1, 200>)]
+    #[arg(long, value_name = "M", default_value_t = 30.0, value_parser = range_max)]
     range_max: f64,
-    /// How many times greater than the simulated robot's the variances of odometry are.
-    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = between::<0, 10_000>)]
+    /// How many times greater than the simulated robot's the variances of odometry are. Five fits the bases of most
+    /// published logs.
+    #[arg(long, value_name = "N", default_value_t = 5.0, value_parser = odometry_noise)]
     odometry_noise: f64,
     /// Parameters of the localiser (.toml), as in the table `localizer` of a scenario.
     #[arg(long, value_name = "FILE")]
@@ -94,20 +91,8 @@ pub struct Options {
     json: bool,
 }
 
-fn pose(text: &str) -> Result<Pose2, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, heading]) if [x, y, heading].iter().all(|n| n.abs() <= 1e6) => {
-            Ok(Pose2::new(x, y, heading))
-        }
-        _ => Err("give three numbers with commas between them, such as 1.5,-2,0".into()),
-    }
-}
-
-fn between<const LEAST: u32, const MOST: u32>(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    let range = f64::from(LEAST)..=f64::from(MOST);
-    if range.contains(&number) { Ok(number) } else { Err(format!("it must be from {LEAST} to {MOST}")) }
+fn odometry_noise(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 10_000.0)
 }
 
 /// What is printed.
@@ -203,32 +188,20 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
 
 fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, String, StaticMap, Filter)> {
     let scanner = Scanner { range_max: options.range_max, robot_from_laser: options.laser };
-    let carmen = |path: &Path| {
-        let text = files::bytes(path)?;
-        carmen::parse(&String::from_utf8_lossy(&text), scanner).with_context(|| path.display().to_string())
-    };
+    let files = LogFiles { log: &options.path, reference: options.reference.as_deref(), scanner };
     let mut map = None;
     let mut references_are = "poses of the log".to_owned();
-    let mut log = if files::begins_with(&options.path, MCAP_MAGIC)? {
+    let log = if files::begins_with(&options.path, MCAP_MAGIC)? {
         let recorded = reader(&options.path, options.robot.as_deref())?;
         let log = recorded::log(&recorded, scanner);
-        let (log, what) = log.with_context(|| options.path.display().to_string())?;
+        let (mut log, what) = log.with_context(|| options.path.display().to_string())?;
+        files.take_references(&mut log)?;
         (map, references_are) = (recorded.map, what.to_owned());
         log
     } else {
-        carmen(&options.path)?
+        files.read_carmen()?
     };
     if let Some(path) = &options.reference {
-        let poses = carmen(path)?.readings;
-        // Poses without odometry beside them are references all the same.
-        let poses: Vec<_> = poses.iter().map(|r| (r.stamp, r.reference.unwrap_or(r.odometry))).collect();
-        let taken = log.take_references(&poses);
-        anyhow::ensure!(
-            taken > 0,
-            "{}: no scan is within 0.05 s of one of {}: are they of the same drive?",
-            path.display(),
-            options.path.display()
-        );
         references_are = format!("poses of {}", path.display());
     }
     let grid = match (&options.map, map) {
@@ -286,6 +259,9 @@ fn words(summary: &Summary) -> String {
                 first.map_or(String::new(), |first| format!(" ({first})"))
             ));
         }
+    }
+    if faults.without_clock {
+        lines.push("  no stamps that tell when scans were taken: they count as one second apart".to_owned());
     }
     lines.push(match summary.converged_after_s {
         Some(after) => {

@@ -5,6 +5,7 @@ use curionav_planning::geometry::Twist;
 use curionav_planning::random::{rng, uniform};
 
 use super::*;
+use crate::robot_log::carmen;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
 
@@ -137,6 +138,7 @@ fn broken_lines_gaps_restarts_and_clocks_that_are_set_back_are_survived() {
         clock_set_back: 1,
         gaps: 1,
         odometry_restarts: 1,
+        without_clock: false,
         later_runs: 0,
     };
     assert_eq!(log.faults, expected);

@@ -8,7 +8,7 @@ use crate::geometry::{Point2, Pose2};
 use crate::numerics::sin_cos;
 
 /// Largest number of cells a map may have: 16 million is 200 m x 200 m at 5 cm.
-pub(crate) const MAX_CELLS: usize = 16_000_000;
+pub const MAX_CELLS: usize = 16_000_000;
 
 /// What a cell holds, after thresholds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

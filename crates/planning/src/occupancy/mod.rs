@@ -17,7 +17,7 @@ pub(crate) use front::Front;
 pub use geodesic::GeodesicField;
 pub use geodesic::coarse::CoarseFloor;
 pub use geodesic::detour::Detour;
-pub use grid::{Cell, GridError, OccupancyGrid};
+pub use grid::{Cell, GridError, MAX_CELLS, OccupancyGrid};
 pub use map_server::{encode_pgm, load_map};
 pub use map_yaml::{MapMode, MapServerError, MapYaml};
 pub use obstacles::Obstacles;

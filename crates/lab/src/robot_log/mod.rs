@@ -1,48 +1,56 @@
 //! A log of a laser and odometry, whatever it was read from, made fit for a filter: in the order of time, with odometry
 //! composed from its increments.
 
-use curionav_planning::geometry::{Point2, Pose2, wrap_angle};
+pub(crate) mod arguments;
+pub(crate) mod carmen;
+pub(crate) mod recorded;
+
+pub use recorded::Recorded;
+
+use curionav_planning::geometry::{Pose2, wrap_angle};
 use curionav_planning::sensor::LaserModel;
 
 /// One scan, and where the robot was by odometry.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     /// Seconds on the log's clock.
-    pub(super) stamp: f64,
+    pub(crate) stamp: f64,
     /// Metres, by beam.
-    pub(super) ranges: Vec<f32>,
+    pub(crate) ranges: Vec<f32>,
     /// The scanner.
-    pub(super) laser: LaserModel,
+    pub(crate) laser: LaserModel,
     /// Odometry frame, as logged.
-    pub(super) odometry: Pose2,
+    pub(crate) odometry: Pose2,
     /// The pose that the log gives beside odometry, such as that of a map builder.
-    pub(super) reference: Option<Pose2>,
+    pub(crate) reference: Option<Pose2>,
 }
 
 /// What was wrong with a log and was mended or left out.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
-pub(super) struct Faults {
+pub(crate) struct Faults {
     /// Lines that could not be read.
-    pub(super) broken_lines: usize,
+    pub(crate) broken_lines: usize,
     /// The first of them, and why.
-    pub(super) first_broken: Option<String>,
+    pub(crate) first_broken: Option<String>,
     /// Scans that are no newer than the one before.
-    pub(super) disordered_scans: usize,
+    pub(crate) disordered_scans: usize,
     /// Times at which the clock was set back by a second or more.
-    pub(super) clock_set_back: usize,
+    pub(crate) clock_set_back: usize,
     /// Times without a scan for two seconds or longer.
-    pub(super) gaps: usize,
+    pub(crate) gaps: usize,
     /// Times at which odometry began anew at another place.
-    pub(super) odometry_restarts: usize,
+    pub(crate) odometry_restarts: usize,
+    /// Whether no stamps tell when its scans were taken. They then count as one second apart.
+    pub(crate) without_clock: bool,
     /// Runs of a recording after the first, which are left out.
-    pub(super) later_runs: usize,
+    pub(crate) later_runs: usize,
 }
 
 /// A log that a filter can take.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Log {
-    pub(super) readings: Vec<Reading>,
-    pub(super) faults: Faults,
+pub(crate) struct Log {
+    pub(crate) readings: Vec<Reading>,
+    pub(crate) faults: Faults,
 }
 
 /// Longest time between scans that is no gap, seconds.
@@ -55,18 +63,20 @@ const STEP_S: f64 = 1e-3;
 const FASTEST: f64 = 4.0;
 /// Metres, and radians, that odometry may be off between two readings besides.
 const SLACK: f64 = 0.5;
+/// Odometry that was restarted counts from nought, but for what was driven until the next scan: metres and radians.
+const NOUGHT: f64 = 1.0;
 
 /// Makes the stamps of a log go on where its clock was set back.
 #[derive(Debug, Default)]
-pub(super) struct Clock {
+pub(crate) struct Clock {
     last: Option<f64>,
     offset: f64,
-    pub(super) set_back: usize,
+    pub(crate) set_back: usize,
 }
 
 impl Clock {
     /// The time of a line with this stamp, seconds.
-    pub(super) fn time(&mut self, stamp: f64) -> f64 {
+    pub(crate) fn time(&mut self, stamp: f64) -> f64 {
         let last = self.last.unwrap_or(stamp + self.offset);
         if stamp + self.offset < last - SET_BACK_S {
             self.offset = last + STEP_S - stamp;
@@ -81,7 +91,8 @@ impl Clock {
 impl Log {
     /// Puts readings, as they came, in the order of time. The odometry of each is composed from the increments before
     /// it; an increment that no robot can drive counts as none.
-    pub(super) fn of(readings: Vec<Reading>, mut faults: Faults) -> Self {
+    pub(crate) fn of(readings: Vec<Reading>, mut faults: Faults) -> Self {
+        let interval = typical_interval(&readings);
         let mut kept: Vec<Reading> = Vec::with_capacity(readings.len());
         let mut last: Option<(f64, Pose2)> = None;
         for mut reading in readings {
@@ -94,9 +105,7 @@ impl Log {
                 }
                 faults.gaps += usize::from(stamp - before >= GAP_S);
                 let moved = from.relative(raw);
-                let limit = SLACK + FASTEST * (stamp - before);
-                let restarted =
-                    moved.position().distance(Point2::default()) > limit || moved.heading.abs() > limit;
+                let restarted = is_restart(moved, raw, stamp - before, interval);
                 faults.odometry_restarts += usize::from(restarted);
                 reading.odometry = if restarted { kept.odometry } else { kept.odometry.compose(moved) };
             }
@@ -107,20 +116,20 @@ impl Log {
     }
 
     /// Seconds from the first scan to the last.
-    pub(super) fn duration(&self) -> f64 {
+    pub(crate) fn duration(&self) -> f64 {
         let stamp = |reading: Option<&Reading>| reading.map_or(0.0, |reading| reading.stamp);
         stamp(self.readings.last()) - stamp(self.readings.first())
     }
 
     /// Metres driven by odometry.
-    pub(super) fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         let poses = self.readings.windows(2).map(|pair| [pair[0].odometry, pair[1].odometry]);
         poses.map(|[a, b]| a.position().distance(b.position())).sum()
     }
 
     /// Takes the references of another log of the same scans, such as the one that a map builder has corrected: those
     /// nearest in time, if they are within 0.05 s. Says how many there were.
-    pub(super) fn take_references(&mut self, stamps_and_poses: &[(f64, Pose2)]) -> usize {
+    pub(crate) fn take_references(&mut self, stamps_and_poses: &[(f64, Pose2)]) -> usize {
         const NEAR_S: f64 = 0.05;
         let mut taken = 0;
         for reading in &mut self.readings {
@@ -135,8 +144,23 @@ impl Log {
     }
 }
 
+/// The median time between scans, seconds.
+fn typical_interval(readings: &[Reading]) -> f64 {
+    let mut seconds: Vec<f64> = readings.windows(2).map(|pair| pair[1].stamp - pair[0].stamp).collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds.get(seconds.len() / 2).map_or(0.0, |median| median.max(0.0))
+}
+
+/// Whether odometry that has `moved` so within `seconds`, to `raw`, has begun anew. Stamps of some logs stand closer
+/// together than the scans were taken, so a quick turn alone is no sign of it.
+fn is_restart(moved: Pose2, raw: Pose2, seconds: f64, interval: f64) -> bool {
+    let stays_within = |seconds: f64| is_near(moved, Pose2::default(), SLACK + FASTEST * seconds);
+    let at_nought = is_near(raw, Pose2::default(), NOUGHT);
+    !stays_within(seconds.max(interval)) || (at_nought && !stays_within(seconds))
+}
+
 /// Whether two poses are the same but for `apart` metres, and radians.
-pub(super) fn is_near(a: Pose2, b: Pose2, apart: f64) -> bool {
+pub(crate) fn is_near(a: Pose2, b: Pose2, apart: f64) -> bool {
     a.position().distance(b.position()) <= apart && wrap_angle(a.heading - b.heading).abs() <= apart
 }
 

@@ -9,7 +9,7 @@ use curionav_runtime::convert;
 use curionav_schemas::{Belief, OccupancyGrid, Odometry, RunResult, Scan};
 
 use super::carmen::Scanner;
-use super::log::{Faults, Log, Reading};
+use super::{Faults, Log, Reading};
 
 /// A clock that goes back this far begins another run, seconds.
 const ANEW_S: f64 = 1.0;
@@ -34,7 +34,7 @@ pub struct Recorded {
 ///
 /// # Errors
 /// If no scan has odometry of the same tick, or a scan describes no scanner.
-pub(super) fn log(recorded: &Recorded, scanner: Scanner) -> anyhow::Result<(Log, &'static str)> {
+pub(crate) fn log(recorded: &Recorded, scanner: Scanner) -> anyhow::Result<(Log, &'static str)> {
     let (scans, later) = first_run(&recorded.scans, |scan| scan.stamp);
     let (odometry, _) = first_run(&recorded.odometry, |odometry| odometry.stamp);
     let (beliefs, _) = first_run(&recorded.beliefs, |belief| belief.stamp);

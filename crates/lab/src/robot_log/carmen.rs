@@ -1,63 +1,90 @@
 //! Logs of the Carmen robot navigation toolkit, in which most published recordings of planar lasers are kept: lines of
-//! words, of which `ODOM`, `FLASER`, `ROBOTLASER1` and two `PARAM` are read.
+//! words, of which `ODOM`, `FLASER`, `ROBOTLASER1`, `NEFF` and two `PARAM` are read.
 
 use curionav_planning::geometry::Pose2;
 use curionav_planning::sensor::LaserModel;
 
-use super::log::{Clock, Faults, Log, Reading, is_near};
+use super::{Clock, Faults, Log, Reading, is_near};
 
 /// What the log does not say.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scanner {
+pub(crate) struct Scanner {
     /// Ranges beyond count as nothing met, metres.
-    pub(super) range_max: f64,
+    pub(crate) range_max: f64,
     /// Where the laser sits on the robot, if not as the log says.
-    pub(super) robot_from_laser: Option<Pose2>,
+    pub(crate) robot_from_laser: Option<Pose2>,
 }
 
 /// A pose that a log gives differs from odometry if it is anywhere this far off, metres and radians: less is what
 /// happens between two lines.
 const DIFFERS: f64 = 0.3;
+/// A log whose scans are newer than the one before less often than this has no clock.
+const CLOCK_SHARE: f64 = 0.9;
 
 /// A line of interest.
 enum Line {
-    Odometry {
-        stamp: f64,
-        pose: Pose2,
-    },
-    /// `pose` is the robot's or, if `odometry` is there, perhaps a corrected one.
-    Scan {
-        stamp: f64,
-        ranges: Vec<f32>,
-        laser: LaserModel,
-        pose: Pose2,
-        odometry: Option<Pose2>,
-    },
+    Odometry(TimedPose),
+    Scan(ScanLine),
     /// How far ahead of the robot's centre the laser sits, metres.
     Offset(f64),
+    /// What GMapping writes below each scan: how many particles its own are worth.
+    EffectiveSize,
     Other,
+}
+
+struct TimedPose {
+    stamp: f64,
+    pose: Pose2,
+}
+
+struct ScanLine {
+    stamp: f64,
+    ranges: Vec<f32>,
+    laser: LaserModel,
+    /// The robot's or, if `odometry` is there, perhaps a corrected one.
+    pose: Pose2,
+    odometry: Option<Pose2>,
+}
+
+/// What a log says, in the order of its lines.
+#[derive(Default)]
+struct Lines {
+    odometry: Vec<TimedPose>,
+    scans: Vec<ScanLine>,
+    /// Of each scan, the odometry line that follows the scan before it and comes last before it.
+    driven_to: Vec<Option<Pose2>>,
+    is_of_gmapping: bool,
 }
 
 /// Reads a log. Lines that cannot be read are left out and counted.
 ///
 /// # Errors
 /// If it has no scan, or fewer lines of interest that can be read than ones that cannot.
-pub(super) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
+pub(crate) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
     let mut faults = Faults::default();
+    let mut lines = Lines::default();
     let mut clock = Clock::default();
-    let mut odometry = Vec::new();
-    let mut scans = Vec::new();
+    let mut driven_to = None;
     let mut offset = 0.0;
     for (number, line) in text.lines().enumerate() {
         match read(line, scanner) {
-            Ok(Line::Odometry { stamp, pose }) => odometry.push((clock.time(stamp), pose)),
-            Ok(Line::Scan { stamp, ranges, mut laser, pose, odometry }) => {
-                if scanner.robot_from_laser.is_none() && laser.robot_from_laser.x == 0.0 {
-                    laser.robot_from_laser.x = offset;
+            // GMapping repeats a scan's pose as odometry, without a time.
+            Ok(Line::Odometry(repeated)) if lines.ends_with_scan_at(repeated.pose) => {}
+            Ok(Line::Odometry(mut odometry)) => {
+                driven_to = Some(odometry.pose);
+                odometry.stamp = clock.time(odometry.stamp);
+                lines.odometry.push(odometry);
+            }
+            Ok(Line::Scan(mut scan)) => {
+                if scanner.robot_from_laser.is_none() && scan.laser.robot_from_laser.x == 0.0 {
+                    scan.laser.robot_from_laser.x = offset;
                 }
-                scans.push((clock.time(stamp), ranges, laser, pose, odometry));
+                scan.stamp = clock.time(scan.stamp);
+                lines.scans.push(scan);
+                lines.driven_to.push(driven_to.take());
             }
             Ok(Line::Offset(ahead)) => offset = ahead,
+            Ok(Line::EffectiveSize) => lines.is_of_gmapping = true,
             Ok(Line::Other) => {}
             Err(why) => {
                 faults.broken_lines += 1;
@@ -66,42 +93,84 @@ pub(super) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
         }
     }
     let first = faults.first_broken.as_deref().unwrap_or("no line begins with FLASER or ROBOTLASER1");
-    anyhow::ensure!(!scans.is_empty(), "it has no scan that can be read ({first})");
-    let good = scans.len() + odometry.len();
+    anyhow::ensure!(!lines.scans.is_empty(), "it has no scan that can be read ({first})");
+    let good = lines.scans.len() + lines.odometry.len();
     anyhow::ensure!(faults.broken_lines <= good, "most of its lines cannot be read ({first})");
+    if lines.is_of_gmapping {
+        return Ok(Log::of(lines.of_gmapping(&mut faults), faults));
+    }
     faults.clock_set_back = clock.set_back;
-    odometry.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let by_odometry = |stamp: f64, pose: Pose2, own: Option<Pose2>| {
-        own.or_else(|| between(&odometry, stamp)).unwrap_or(pose)
-    };
-    let readings: Vec<Reading> = scans
-        .into_iter()
-        .map(|(stamp, ranges, laser, pose, own)| {
-            let odometry = by_odometry(stamp, pose, own);
-            Reading { stamp, ranges, laser, odometry, reference: Some(pose) }
-        })
-        .collect();
-    // Where the pose moves as odometry does all along, it is no reference.
-    let start = (readings[0].odometry, readings[0].reference.unwrap_or_default());
-    let corrected = readings.iter().any(|reading| {
-        let by_pose = reading.reference.map(|pose| start.1.relative(pose));
-        by_pose.is_some_and(|moved| !is_near(start.0.relative(reading.odometry), moved, DIFFERS))
-    });
-    let drop = |reading: Reading| Reading { reference: reading.reference.filter(|_| corrected), ..reading };
-    Ok(Log::of(readings.into_iter().map(drop).collect(), faults))
+    Ok(Log::of(lines.of_carmen(), faults))
+}
+
+impl Lines {
+    fn ends_with_scan_at(&self, pose: Pose2) -> bool {
+        self.scans.last().is_some_and(|scan| scan.pose == pose)
+    }
+
+    /// Odometry as it stands with the scans, or as the lines around them tell. The poses of the scans are references,
+    /// unless they move as odometry does all along.
+    fn of_carmen(mut self) -> Vec<Reading> {
+        self.odometry.sort_by(|a, b| a.stamp.total_cmp(&b.stamp));
+        let odometry = self.odometry;
+        let readings = self.scans.into_iter().map(|scan| {
+            let own = scan.odometry.or_else(|| between(&odometry, scan.stamp)).unwrap_or(scan.pose);
+            scan.reading(own)
+        });
+        let mut readings: Vec<Reading> = readings.collect();
+        let start = (readings[0].odometry, readings[0].reference.unwrap_or_default());
+        let corrected = readings.iter().any(|reading| {
+            let by_pose = reading.reference.map(|pose| start.1.relative(pose));
+            by_pose.is_some_and(|moved| !is_near(start.0.relative(reading.odometry), moved, DIFFERS))
+        });
+        if !corrected {
+            readings.iter_mut().for_each(|reading| reading.reference = None);
+        }
+        readings
+    }
+
+    /// GMapping writes its own pose in place of odometry with each scan, and carries on from there with the increments
+    /// of odometry. So these are what lies between a scan's pose and the last line of odometry before the next scan.
+    fn of_gmapping(self, faults: &mut Faults) -> Vec<Reading> {
+        let stamps: Vec<f64> = self.scans.iter().map(|scan| scan.stamp).collect();
+        let newer = stamps.windows(2).filter(|pair| pair[1] > pair[0]).count();
+        faults.without_clock = (newer as f64) < CLOCK_SHARE * (stamps.len() - 1) as f64;
+        let mut last: Option<Pose2> = None;
+        let mut odometry = Pose2::default();
+        let mut readings = Vec::with_capacity(self.scans.len());
+        for (number, (mut scan, driven_to)) in self.scans.into_iter().zip(self.driven_to).enumerate() {
+            odometry = match last.zip(driven_to) {
+                Some((last, driven_to)) => odometry.compose(last.relative(driven_to)),
+                None => odometry,
+            };
+            last = Some(scan.pose);
+            if faults.without_clock {
+                scan.stamp = number as f64;
+            }
+            readings.push(scan.reading(odometry));
+        }
+        readings
+    }
+}
+
+impl ScanLine {
+    fn reading(self, odometry: Pose2) -> Reading {
+        let Self { stamp, ranges, laser, pose, .. } = self;
+        Reading { stamp, ranges, laser, odometry, reference: Some(pose) }
+    }
 }
 
 /// Odometry at `stamp`, between the lines around it.
-fn between(odometry: &[(f64, Pose2)], stamp: f64) -> Option<Pose2> {
-    let next = odometry.partition_point(|(time, _)| *time < stamp);
+fn between(odometry: &[TimedPose], stamp: f64) -> Option<Pose2> {
+    let next = odometry.partition_point(|line| line.stamp < stamp);
     let after = odometry.get(next);
     let before = next.checked_sub(1).map(|at| &odometry[at]);
     match (before, after) {
         // Across a restart there is nothing in between.
-        (Some((t0, a)), Some((t1, b))) if t1 > t0 && is_near(*a, *b, 1.0) => {
-            Some(a.toward(*b, (stamp - t0) / (t1 - t0)))
+        (Some(a), Some(b)) if b.stamp > a.stamp && is_near(a.pose, b.pose, 1.0) => {
+            Some(a.pose.toward(b.pose, (stamp - a.stamp) / (b.stamp - a.stamp)))
         }
-        (Some((_, pose)), _) | (None, Some((_, pose))) => Some(*pose),
+        (Some(line), _) | (None, Some(line)) => Some(line.pose),
         (None, None) => None,
     }
 }
@@ -149,7 +218,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             for what in ["the speed", "the turn rate", "the acceleration"] {
                 words.number(what)?;
             }
-            Ok(Line::Odometry { stamp: words.number("the time")?, pose })
+            Ok(Line::Odometry(TimedPose { stamp: words.number("the time")?, pose }))
         }
         Some("FLASER") => {
             let ranges = words.ranges()?;
@@ -160,7 +229,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             let gaps = ranges.len() - ranges.len() % 2;
             let step = std::f64::consts::PI / if gaps == 0 { 1.0 } else { gaps as f64 };
             let laser = laser(ranges.len(), -std::f64::consts::FRAC_PI_2, step, Pose2::default(), scanner)?;
-            Ok(Line::Scan { stamp, ranges, laser, pose, odometry: Some(odometry) })
+            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: Some(odometry) }))
         }
         Some("ROBOTLASER1") => {
             words.number("the type")?;
@@ -184,7 +253,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             let stamp = words.number("the time")?;
             let scanner = Scanner { range_max: scanner.range_max.min(most.max(0.1)), ..scanner };
             let laser = laser(ranges.len(), start, step, pose.relative(on_map), scanner)?;
-            Ok(Line::Scan { stamp, ranges, laser, pose, odometry: None })
+            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: None }))
         }
         Some("PARAM") => match words.0.next() {
             Some("robot_frontlaser_offset" | "robot_front_laser_offset") => {
@@ -192,6 +261,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             }
             _ => Ok(Line::Other),
         },
+        Some("NEFF") => Ok(Line::EffectiveSize),
         _ => Ok(Line::Other),
     }
 }
@@ -275,6 +345,32 @@ mod tests {
         assert!((reading.odometry.x - 0.1).abs() < 1e-12);
         // Both at (5, 1): no line says that it is anything but odometry in another frame.
         assert_eq!(log.readings.len(), 2);
+    }
+
+    #[test]
+    fn odometry_of_gmapping_is_what_it_drove_between_its_own_poses() {
+        // It drives 1 m ahead by odometry, and GMapping puts it 0.9 m ahead and 0.1 m to the left each time.
+        let scan = |x: f64, y: f64| format!("FLASER {} {x} {y} 0 {x} {y} 0 5e8 h 5e8\n", ranges(180));
+        let text: String = (0..4)
+            .map(|k| {
+                let x = 0.9 * f64::from(k);
+                let y = 0.1 * f64::from(k);
+                let before = y - 0.1;
+                let driven = |x: f64| format!("ODOM {x} {before} 0 0 0 0 5e8 h 5e8\n");
+                driven(x - 0.5)
+                    + &driven(x + 0.1)
+                    + &scan(x, y)
+                    + &format!("ODOM {x} {y} 0 0 0 0 0 h 0\nNEFF 20\n")
+            })
+            .collect();
+        let log = parse(&text, SCANNER).unwrap();
+        let odometry: Vec<Pose2> = log.readings.iter().map(|reading| reading.odometry).collect();
+        for (k, pose) in odometry.iter().enumerate() {
+            let expected = Pose2::new(k as f64, 0.0, 0.0);
+            assert!(is_near(*pose, expected, 1e-9), "{k}: {pose:?}");
+        }
+        assert_eq!(log.readings[3].reference, Some(Pose2::new(0.9 * 3.0, 0.1 * 3.0, 0.0)));
+        assert!(log.faults.without_clock && log.readings[3].stamp == 3.0);
     }
 
     #[test]
