@@ -51,7 +51,7 @@ impl Clusters {
         motion: &Motion,
         params: &LocalizerParams,
     ) -> Option<u32> {
-        let (pose, covariance) = self.moments(particles, heaviest)?;
+        let (pose, covariance) = moments(particles, |i| self.of[i] == heaviest)?;
         if reaches(estimate.0, estimate.1, pose) {
             self.rival = None;
             return Some(heaviest);
@@ -62,8 +62,21 @@ impl Clusters {
         self.heaviest_within(particles, estimate.0, estimate.1)
     }
 
-    pub(crate) fn moments(&self, particles: &Particles, cluster: u32) -> Option<(Pose2, Matrix3<f64>)> {
-        moments(particles, |i| self.of[i] == cluster)
+    /// Mean and covariance of a cluster. That of few particles is nothing in some direction, which no estimate is: each
+    /// variance is at least that of the grid, of cells of so many metres.
+    pub(crate) fn moments(
+        &self,
+        particles: &Particles,
+        cluster: u32,
+        cell: f64,
+    ) -> Option<(Pose2, Matrix3<f64>)> {
+        let (mean, mut covariance) = moments(particles, |i| self.of[i] == cluster)?;
+        let position = cell * cell / 12.0;
+        let least = Vector3::new(position, position, LEAST_HEADING_SIGMA * LEAST_HEADING_SIGMA);
+        if (0..3).any(|k| covariance[(k, k)] < least[k]) {
+            covariance += Matrix3::from_diagonal(&least);
+        }
+        Some((mean, covariance))
     }
 
     pub(crate) fn weight(&self, particles: &Particles, cluster: u32) -> f64 {
@@ -105,6 +118,8 @@ impl Clusters {
     }
 }
 
+/// No heading is known better, radians.
+const LEAST_HEADING_SIGMA: f64 = 0.002;
 /// Deviations within which a belief reaches.
 const REACH: f64 = 4.0;
 /// Added to a belief's variance, so that one that is very sure of itself still reaches its neighbours: that

@@ -69,6 +69,20 @@ impl LikelihoodField {
         }
     }
 
+    /// The greatest score less the least.
+    pub(crate) fn span(&self) -> f64 {
+        f64::from(self.perfect - self.scores[0])
+    }
+
+    /// The scores of the map's cells in 255 steps between the least and the greatest, rounded up.
+    pub(crate) fn quantised(&self) -> Vec<u8> {
+        let least = self.scores[0];
+        let steps = 255.0 / self.span() as f32;
+        let rows = self.scores.chunks_exact(self.stride).skip(1).take(self.last_row as usize - 1);
+        let inner = rows.flat_map(|row| &row[1..self.last_column as usize]);
+        inner.map(|score| ((score - least) * steps).ceil() as u8).collect()
+    }
+
     /// A robot pose, ready for [`Self::score`].
     pub(crate) fn pose(&self, x: f64, y: f64, heading: f64) -> FieldPose {
         let grid = &self.map.grid;

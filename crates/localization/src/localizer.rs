@@ -10,13 +10,16 @@ use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
+use crate::branch_and_bound::Pyramid;
 use crate::clusters::Clusters;
 use crate::estimate::{Estimate, Health};
+use crate::hypotheses::{Hypotheses, Hypothesis, Observation, PARTICLES, is_near};
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
-use crate::particles::{Motion, Particles, normal};
-use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
-use crate::resampling::{needed, systematic};
+use crate::particles::{Motion, Particles};
+use crate::recovery::{FreeSpace, Recovery};
+use crate::relocalisation::{Found, Relocalisation, SearchPlan, Wish};
+use crate::resampling::{needed, systematic, thinned};
 use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
 use crate::surfaces::Surfaces;
@@ -37,6 +40,20 @@ pub struct Localizer {
     covariance: Matrix3<f64>,
     health: Health,
     recovery: Recovery,
+    /// Whether there is an estimate, or the particles lie all over the map still.
+    is_placed: bool,
+    /// Weight of the particles outside the cluster that the estimate describes.
+    other_clusters: f64,
+    hypotheses: Hypotheses,
+    search: Option<Relocalisation>,
+    search_plan: SearchPlan,
+    /// How far the robot has yet to drive until a place that was found is believed, metres: other places are looked for
+    /// meanwhile.
+    unconfirmed: f64,
+    /// When the last call was.
+    ticked: Option<f64>,
+    /// Made for the first search.
+    pyramid: Option<Pyramid>,
     anchor: Option<Anchor>,
     /// With which share of `temper` the next scan may count, 0 to 1. Each scan from one place uses some of it up, and
     /// motion restores it.
@@ -60,9 +77,8 @@ struct Anchor {
     covariance: Matrix3<f64>,
 }
 
-/// Most particles that one update replaces to search for a lost robot. Each of them takes `recovery_tournament` draws,
-/// of which the likeliest is kept.
-const SEARCH_LIMIT: f64 = 300.0;
+/// A place that a search has found is believed after so far, metres.
+const CONFIRMED_AFTER_M: f64 = 6.0;
 
 /// An estimate with a greater deviation on its worst axis is not refined, metres.
 const REFINED_SIGMA: f64 = 0.1;
@@ -125,6 +141,14 @@ impl Localizer {
             covariance: Matrix3::zeros(),
             health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
             recovery: Recovery::default(),
+            is_placed: false,
+            other_clusters: 1.0,
+            hypotheses: Hypotheses::default(),
+            search: None,
+            search_plan: SearchPlan::default(),
+            unconfirmed: CONFIRMED_AFTER_M,
+            ticked: None,
+            pyramid: None,
             anchor: None,
             credit: 1.0,
             // The first stream belongs to the particles that `new` draws all over the map.
@@ -144,6 +168,11 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles = Particles::draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
+        self.is_placed = true;
+        self.hypotheses.clear();
+        self.search = None;
+        self.search_plan = SearchPlan::default();
+        self.unconfirmed = 0.0;
         self.clusters = Clusters::default();
         self.anchor = None;
         self.credit = 1.0;
@@ -162,6 +191,8 @@ impl Localizer {
         let motion = Motion::between(anchor.pose, self.pose, &self.noise);
         let mut random = self.next_stream();
         self.particles.advance(&motion, &self.noise, &mut random);
+        self.hypotheses.advance(&motion, &self.noise, &mut random);
+        self.search = None;
     }
 
     /// The covariance that the parameters state for a start.
@@ -177,10 +208,12 @@ impl Localizer {
         let due = self.dead_reckon(odometry, stamp);
         let has_moved = self.pose != before;
         let observed = due.is_some_and(|(motion, seconds)| {
-            let observed = self.filter(&motion, seconds, scan);
+            let observed = self.filter(&motion, seconds, odometry, scan);
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
+        let ticked = self.ticked.replace(stamp);
+        self.search_on(stamp - ticked.unwrap_or(stamp));
         // Otherwise the pose is the refined one still.
         if observed || has_moved {
             self.refine(scan);
@@ -221,29 +254,108 @@ impl Localizer {
     }
 
     /// One filter update after this motion and time; whether a scan was taken in.
-    fn filter(&mut self, motion: &Motion, seconds: f64, scan: &Scan) -> bool {
+    fn filter(&mut self, motion: &Motion, seconds: f64, odometry: Pose2, scan: &Scan) -> bool {
         let mut random = self.next_stream();
         self.particles.advance(motion, &self.noise, &mut random);
+        self.hypotheses.advance(motion, &self.noise, &mut random);
+        self.search_plan.pass(motion.travel, seconds);
+        self.unconfirmed = (self.unconfirmed - motion.travel).max(0.0);
         self.seen = Selection::of(scan, self.streams, &self.params);
         let observed = !self.seen.ends.is_empty();
-        if observed {
-            // Where the belief is wide or in several parts, some of its poses may have a wall before what was seen.
-            // Then it also counts which beams would have had to pass through a wall.
-            let ambiguous = self.health.outside_weight > 0.0 || !self.is_narrow();
-            let params = &self.params;
-            let exponent = params.temper * self.credit.max(params.rest_temper);
-            let used = weigh(&mut self.particles, &self.field, &self.seen, exponent, ambiguous, params);
-            self.credit = (self.credit - used / params.temper).max(0.0);
+        if observed && self.is_placed {
+            self.observe(motion, scan, &mut random);
         }
         self.describe(observed.then_some(motion));
-        if observed {
+        if observed && self.is_placed {
             self.check_fit(scan.laser.robot_from_laser, motion.travel, seconds);
         }
+        if observed {
+            self.consider_search(odometry, scan);
+        }
         self.updates_since_resampling += 1;
-        if self.updates_since_resampling >= self.params.resample_interval {
+        if self.is_placed && self.updates_since_resampling >= self.params.resample_interval {
             self.resample(observed, &mut random);
         }
         observed
+    }
+
+    /// Takes the selected beams into the belief, and compares it with the other places.
+    fn observe(&mut self, motion: &Motion, scan: &Scan, random: &mut Rng) {
+        // Where the belief is wide or in several parts, some of its poses may have a wall before what was seen.
+        // Then it also counts which beams would have had to pass through a wall.
+        let ambiguous = self.other_clusters > 0.0 || !self.is_narrow();
+        let params = &self.params;
+        let exponent = params.temper * self.credit.max(params.rest_temper);
+        let observation = Observation { field: &self.field, scan, seen: &self.seen, exponent, params };
+        let winner = self.hypotheses.judge(&observation, self.pose, motion.travel, random);
+        let used = weigh(&mut self.particles, &self.field, &self.seen, exponent, ambiguous, params);
+        self.credit = (self.credit - used / params.temper).max(0.0);
+        if let Some(winner) = winner {
+            self.succeed(winner);
+        }
+    }
+
+    /// Another place has explained the scans better, so it becomes the estimate.
+    fn succeed(&mut self, winner: Hypothesis) {
+        let former = Hypothesis::of_estimate(thinned(&self.particles, PARTICLES), self.pose, self.covariance);
+        self.hypotheses.succeed(&winner, former);
+        self.place(winner);
+    }
+
+    fn place(&mut self, at: Hypothesis) {
+        self.pose = at.pose;
+        self.covariance = at.covariance;
+        self.particles = at.particles;
+        self.clusters = Clusters::default();
+        self.is_placed = true;
+        self.unconfirmed = CONFIRMED_AFTER_M;
+    }
+
+    /// Begins to look for other places, where the estimate is in doubt or has not been checked for long.
+    fn consider_search(&mut self, odometry: Pose2, scan: &Scan) {
+        if self.search.is_some() {
+            return;
+        }
+        let doubted_metres = self.recovery.doubted_metres(&self.params);
+        let doubted_metres = doubted_metres.or((self.unconfirmed > 0.0).then_some(0.0));
+        let wish = match self.is_placed {
+            true => self.search_plan.next(doubted_metres, self.pose, &self.params),
+            false => Some(Wish::ANYWHERE),
+        };
+        let Some(wish) = wish else { return };
+        self.search = Relocalisation::begin(scan, odometry, wish, self.map.grid.resolution(), &self.params);
+    }
+
+    /// Goes on with a search as so many seconds have passed, and takes up what it has found.
+    fn search_on(&mut self, seconds: f64) {
+        let Some(search) = &mut self.search else { return };
+        let pyramid = self.pyramid.get_or_insert_with(|| Pyramid::new(&self.field, &self.map.grid));
+        if !search.advance(pyramid, &self.map.grid, seconds) {
+            return;
+        }
+        let Some(search) = self.search.take() else { return };
+        let found = search.found(&self.field, &self.params);
+        self.take_up(&found);
+    }
+
+    fn take_up(&mut self, found: &Found) {
+        let Some(anchor) = &self.anchor else { return };
+        // The particles are those of the last filter update.
+        let moved = found.odometry.relative(anchor.odometry);
+        let poses: Vec<Pose2> = found.poses.iter().map(|pose| pose.compose(moved)).collect();
+        let mut random = self.next_stream();
+        let Some((best, others)) = poses.split_first() else { return };
+        if self.is_placed {
+            let estimate = self.anchor.map_or(self.pose, |anchor| anchor.pose);
+            self.hypotheses.add(&poses, found.odds, |pose| is_near(pose, estimate), &mut random);
+            return;
+        }
+        self.hypotheses.add(others, found.odds, |pose| is_near(pose, *best), &mut random);
+        self.place(Hypothesis::found_at(*best, 0.0, &mut random));
+        if let Some(anchor) = &mut self.anchor {
+            anchor.pose = self.pose;
+            anchor.covariance = self.covariance;
+        }
     }
 
     /// Moves an estimate that is known well to where the scan fits best. Any other may lie nearer to the wrong wall.
@@ -283,41 +395,38 @@ impl Localizer {
             Some(motion) => self.clusters.choose(&self.particles, heaviest, estimate, motion, &self.params),
             None => Some(heaviest),
         };
-        if let Some((pose, covariance)) = chosen.and_then(|c| self.clusters.moments(&self.particles, c)) {
+        let cell = self.map.grid.resolution();
+        let moments = chosen.and_then(|cluster| self.clusters.moments(&self.particles, cluster, cell));
+        if let Some((pose, covariance)) = moments {
             self.pose = pose;
             self.covariance = covariance;
         }
         let inside = chosen.map_or(0.0, |c| self.clusters.weight(&self.particles, c));
-        self.health.outside_weight = (1.0 - inside).clamp(0.0, 1.0);
+        self.other_clusters = (1.0 - inside).clamp(0.0, 1.0);
+        self.health.outside_weight = (1.0 - inside * (1.0 - self.hypotheses.share())).clamp(0.0, 1.0);
         self.health.particles = self.particles.len();
-        self.health.converged =
-            self.is_narrow() && self.health.outside_weight <= self.params.converged_outside;
+        self.health.converged = self.is_narrow()
+            && self.health.outside_weight <= self.params.converged_outside
+            && self.unconfirmed == 0.0;
     }
 
-    /// Draws a new set when the weights have become uneven, the belief needs more or far fewer particles,
-    /// or the robot seems lost. Without a scan only growing makes sense: nothing was learnt.
+    /// Draws a new set when the weights have become uneven or the belief needs more or far fewer particles. Without a scan only growing makes sense: nothing was learnt.
     fn resample(&mut self, observed: bool, random: &mut Rng) {
         let n = self.particles.len();
         let start = uniform(random);
-        let search = if observed { self.recovery.search(&self.params) } else { Search::Nowhere };
-        let lost = if search == Search::Nowhere { 0.0 } else { self.recovery.share(&self.params) };
-        let mut wanted = needed(&self.particles, start, &self.params);
-        if lost > 0.0 {
-            wanted = wanted.max(self.params.recovery_particles.min(self.params.particles_max));
-        }
+        let wanted = needed(&self.particles, start, &self.params);
         let uneven = self.particles.effective_size() < self.params.resample_ess * n as f64;
         let resize = wanted > n + n / 4 || (observed && wanted < n / 2);
-        if !(uneven || resize || lost > 0.0) {
+        if !(uneven || resize) {
             return;
         }
         self.updates_since_resampling = 0;
         let position = self.params.roughening_position;
         let heading = self.params.roughening_heading;
-        let searching = (lost * wanted as f64).min(SEARCH_LIMIT) as usize;
         let weight = 1.0 / wanted as f64;
         let old = &self.particles;
         let mut new = Particles::default();
-        systematic(&old.weight, wanted - searching, start, |i| {
+        systematic(&old.weight, wanted, start, |i| {
             let pose = Pose2::new(
                 old.x[i] + position * standard_normal(random),
                 old.y[i] + position * standard_normal(random),
@@ -325,18 +434,6 @@ impl Localizer {
             );
             new.push(pose, weight);
         });
-        let mut around = self.start_covariance();
-        if let Search::Around(width) = search {
-            around[(0, 0)] *= width * width;
-            around[(1, 1)] *= width * width;
-        }
-        for _ in 0..searching {
-            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match search {
-                Search::Around(_) => normal(self.pose, &around, random),
-                _ => self.free.draw(&self.map.grid, random),
-            });
-            new.push(pose, weight);
-        }
         self.particles = new;
         self.health.particles = self.particles.len();
     }

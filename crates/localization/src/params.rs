@@ -99,32 +99,21 @@ curionav_planning::parameters! {
         pub recovery_alpha_slow: f64 [in Range::SHARE] = 0.001,
         /// Decay rate per update of the short-term mean.
         pub recovery_alpha_fast: f64 [in Range::SHARE] = 0.1,
-        /// Random poses are a share `1 - gain * fast / slow` of the particles: with 1.1, none while the
-        /// short-term fit is above 91 % of the long-term one.
-        pub recovery_gain: f64 [0.0, 100.0, "", "beyond, doubt never raises random poses"] = 1.1,
-        /// Greatest share of random poses.
-        pub recovery_share_max: f64 [in Range::SHARE] = 0.3,
+        /// The estimate is in doubt while the short-term mean times this is below the long-term one: with 1.1, while the
+        /// short-term fit is below 91 % of the long-term one.
+        pub recovery_gain: f64 [0.0, 100.0, "", "beyond, nothing raises a doubt"] = 1.1,
         /// Scans of which less than this share of the beams tells people from walls neither raise nor settle a
         /// doubt.
         pub recovery_evidence_min: f64 [in Range::SHARE] = 0.1,
-        /// The estimate must have been in doubt for this many seconds ...
-        pub recovery_local_seconds: f64 [0.0, 1e6, "s", "no run lasts longer"] = 2.0,
-        /// ... and this many metres travelled before poses around it are drawn,
-        pub recovery_local_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 1.0,
-        /// and this many seconds ...
-        pub recovery_global_seconds: f64 [0.0, 1e6, "s", "no run lasts longer"] = 10.0,
-        /// ... and metres before poses all over the map are. People stand in the way far more often than
-        /// a person carries the robot.
-        pub recovery_global_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 5.0,
+        /// Other places are looked for once the estimate has been in doubt for this many seconds ...
+        pub recovery_seconds: f64 [0.0, 1e6, "s", "no run lasts longer"] = 2.0,
+        /// ... and this many metres travelled.
+        pub recovery_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 1.0,
         /// A cluster that is not within reach of the estimate becomes the estimate after it has been the
         /// heaviest for this many scans ...
         pub takeover_scans: u32 [0.0, 1e6, "scans", "no run has more"] = 4,
         /// ... and this many metres travelled.
         pub takeover_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 1.0,
-        /// Least number of particles while random poses are drawn.
-        pub recovery_particles: usize [1.0, 100_000.0, "particles", "each takes part in every update"] = 1000,
-        /// Each random pose is the best of this many by its fit to the scan (sensor resetting).
-        pub recovery_tournament: u32 [1.0, 1000.0, "poses", "each is compared with the whole scan"] = 32,
         /// Both means start at least here: a start at the wrong place must not pass for normal, and a broad
         /// one has a few scans' time to converge.
         pub recovery_expected_fit: f64 [in Range::SHARE] = 0.8,

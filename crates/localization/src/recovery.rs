@@ -1,14 +1,11 @@
-//! When and where to look for a lost robot: augmented MCL (Gutmann and Fox, 2002; Probabilistic
-//! Robotics, table 8.3) on the scan's fit, near the estimate first.
+//! When a robot seems lost: the short- and long-term means of augmented MCL (Gutmann and Fox, 2002; Probabilistic
+//! Robotics, table 8.3), of the scan's fit.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 use curionav_planning::random::{Rng, uniform};
 
-use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
-use crate::scan::Selection;
-use crate::weighting::log_likelihood;
 
 /// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]), and how long the former
 /// has been too low. (The textbook averages raw likelihoods, which for a product of beams differ by orders
@@ -19,17 +16,6 @@ pub(crate) struct Recovery {
     means: Option<(f64, f64)>,
     doubted_seconds: f64,
     doubted_metres: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Search {
-    /// Nowhere: the estimate stands, or has not been in doubt for long.
-    Nowhere,
-    /// Around the estimate, this many start deviations of position wide, one of heading: odometry goes on
-    /// being right while an estimate goes wrong, so the robot is not far.
-    Around(f64),
-    /// All over the map: a person has carried the robot.
-    Everywhere,
 }
 
 impl Recovery {
@@ -52,7 +38,7 @@ impl Recovery {
             fast + params.recovery_alpha_fast * evidence * (fit - fast),
             slow + params.recovery_alpha_slow * evidence * (fit - slow),
         ));
-        if self.share(params) > 0.0 {
+        if self.doubts(params) {
             // A pause between scans is one doubt, not a long one.
             self.doubted_seconds += seconds.clamp(0.0, params.update_max_interval);
             self.doubted_metres += metres;
@@ -62,29 +48,17 @@ impl Recovery {
         }
     }
 
-    /// Share of particles to draw anew while searching.
-    pub(crate) fn share(&self, params: &LocalizerParams) -> f64 {
-        let Some((fast, slow)) = self.means.filter(|(_, slow)| *slow > 0.0) else { return 0.0 };
-        (1.0 - params.recovery_gain * fast / slow).clamp(0.0, params.recovery_share_max)
+    /// Whether the latest scans fit clearly worse than those before.
+    fn doubts(&self, params: &LocalizerParams) -> bool {
+        self.means.is_some_and(|(fast, slow)| params.recovery_gain * fast < slow)
     }
 
-    pub(crate) fn search(&self, params: &LocalizerParams) -> Search {
-        if self.has_doubted(params.recovery_global_seconds, params.recovery_global_metres) {
-            Search::Everywhere
-        } else if self.has_doubted(params.recovery_local_seconds, params.recovery_local_metres) {
-            Search::Around(1.0 + WIDENING * self.doubted_metres)
-        } else {
-            Search::Nowhere
-        }
-    }
-
-    fn has_doubted(&self, seconds: f64, metres: f64) -> bool {
-        self.doubted_seconds >= seconds && self.doubted_metres >= metres
+    /// How far the robot has driven in a doubt that has lasted, metres.
+    pub(crate) fn doubted_metres(&self, params: &LocalizerParams) -> Option<f64> {
+        let lasts = self.doubted_seconds >= params.recovery_seconds;
+        (lasts && self.doubted_metres >= params.recovery_metres).then_some(self.doubted_metres)
     }
 }
-
-/// Start deviations that each metre in doubt adds to the search around the estimate.
-const WIDENING: f64 = 0.5;
 
 /// The free cells of a map, to draw poses from.
 pub(crate) struct FreeSpace {
@@ -115,61 +89,42 @@ impl FreeSpace {
     }
 }
 
-/// The likeliest of `tournament` poses by the scan (sensor resetting, Lenser and Veloso, 2000): a blind draw on
-/// a large map almost never lands near enough to be found by the next scan.
-pub(crate) fn draw_fitting(
-    field: &LikelihoodField,
-    seen: &Selection,
-    params: &LocalizerParams,
-    mut draw: impl FnMut() -> Pose2,
-) -> Pose2 {
-    let mut best = (f32::NEG_INFINITY, Pose2::default());
-    for _ in 0..params.recovery_tournament {
-        let pose = draw();
-        let at = field.pose(pose.x, pose.y, pose.heading);
-        if let Some(score) = log_likelihood(field, seen, at, best.0, params) {
-            best = (score, pose);
-        }
-    }
-    best.1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn doubt(fit: f64, scans: usize, recovery: &mut Recovery) -> Search {
+    fn doubted(fit: f64, scans: usize, recovery: &mut Recovery) -> Option<f64> {
         let params = LocalizerParams::default();
         (0..scans).for_each(|_| recovery.observe(fit, 1.0, 0.2, 0.2, &params));
-        recovery.search(&params)
+        recovery.doubted_metres(&params)
     }
 
     #[test]
-    fn one_odd_scan_is_nothing_a_lasting_doubt_looks_near_and_only_a_long_one_everywhere() {
+    fn one_odd_scan_is_nothing_and_a_contradiction_that_lasts_is_a_doubt() {
         let mut r = Recovery::default();
-        assert_eq!(doubt(0.97, 100, &mut r), Search::Nowhere);
-        assert_eq!(doubt(0.3, 1, &mut r), Search::Nowhere);
-        assert!(matches!(doubt(0.5, 20, &mut r), Search::Around(_)));
-        assert_eq!(doubt(0.5, 60, &mut r), Search::Everywhere);
-        assert_eq!(doubt(0.97, 40, &mut r), Search::Nowhere);
+        assert_eq!(doubted(0.97, 100, &mut r), None);
+        assert_eq!(doubted(0.3, 1, &mut r), None);
+        assert!(doubted(0.5, 20, &mut r).is_some_and(|metres| (1.0..5.0).contains(&metres)));
+        assert_eq!(doubted(0.97, 40, &mut r), None);
     }
 
     #[test]
     fn a_start_at_the_wrong_place_does_not_pass_for_normal() {
         let mut r = Recovery::default();
-        assert_eq!(doubt(0.3, 1, &mut r), Search::Nowhere);
-        assert!(matches!(doubt(0.3, 15, &mut r), Search::Around(_)));
+        assert_eq!(doubted(0.3, 1, &mut r), None);
+        assert!(doubted(0.3, 15, &mut r).is_some());
     }
 
     #[test]
     fn scans_of_which_people_explain_nearly_all_and_standing_still_raise_no_doubt() {
         let params = LocalizerParams::default();
-        let (mut crowded, mut standing) = (Recovery::default(), Recovery::default());
+        let mut crowded = Recovery::default();
+        let mut standing = Recovery::default();
         for _ in 0..500 {
             crowded.observe(0.0, 0.05, 0.2, 0.2, &params);
             standing.observe(0.0, 1.0, 0.0, 1.0, &params);
         }
-        assert_eq!(crowded.search(&params), Search::Nowhere);
-        assert_eq!(standing.search(&params), Search::Nowhere);
+        assert_eq!(crowded.doubted_metres(&params), None);
+        assert_eq!(standing.doubted_metres(&params), None);
     }
 }

@@ -23,6 +23,16 @@ pub(crate) fn systematic(weights: &[f64], n: usize, start: f64, mut draw: impl F
     }
 }
 
+/// `n` particles, drawn by the weights of these.
+pub(crate) fn thinned(particles: &Particles, n: usize) -> Particles {
+    let mut drawn = Particles::default();
+    systematic(&particles.weight, n, 0.5, |i| {
+        let pose = Pose2::new(particles.x[i], particles.y[i], particles.heading[i]);
+        drawn.push(pose, 1.0 / n as f64);
+    });
+    drawn
+}
+
 /// How many particles to draw. Fox draws one by one until the bins hit ask for no more; with systematic
 /// draws the same rule runs in rounds: draw as many as the last round asked for, count bins, until
 /// they ask for no more.
