@@ -94,3 +94,45 @@ fn a_recording_brings_its_map_and_where_the_robot_truly_was() {
         assert!(output.status.code() == Some(2) && text.contains(part), "{arguments:?}: {text}");
     }
 }
+
+#[test]
+fn a_map_of_a_log_localises_the_log_with_several_seeds() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let log = path("run.log");
+    let map = path("map.yaml");
+    // A log with its own poses: a robot on a circle in a square room.
+    let range = |heading: f64, x: f64, y: f64| {
+        let (sin, cos) = heading.sin_cos();
+        let to_x = if cos > 0.0 { (4.0 - x) / cos } else { (-4.0 - x) / cos };
+        let to_y = if sin > 0.0 { (3.0 - y) / sin } else { (-3.0 - y) / sin };
+        to_x.abs().min(to_y.abs())
+    };
+    let scan = |k: u32| {
+        let angle = 0.1 * f64::from(k);
+        let (x, y, heading) = (angle.cos(), angle.sin(), angle + std::f64::consts::FRAC_PI_2);
+        let ranges: Vec<String> = (0..181)
+            .map(|i| format!("{:.2}", range(heading + f64::from(i - 90).to_radians(), x, y)))
+            .collect();
+        format!(
+            "FLASER 181 {} {x} {y} {heading} {} {y} {heading} {k} host {k}\n",
+            ranges.join(" "),
+            x + 0.01 * f64::from(k)
+        )
+    };
+    std::fs::write(&log, (0..100).map(scan).collect::<String>()).unwrap();
+    let output = curionav(&["map", "build", &log, "--every", "2", "--out", &map]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("from 50 scans"));
+    let picture = path("tracks.svg");
+    let what = ["localize", "--map", &map, &log, "--seeds", "3", "--out", &picture];
+    let output = curionav(&what);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("right at the end: 3 of 3"), "{text}");
+    let output = curionav(&[&what[..], &["--global", "--json"]].concat());
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let seeds: Vec<u64> = said.as_array().unwrap().iter().map(|one| one["seed"].as_u64().unwrap()).collect();
+    assert_eq!(seeds, [1, 2, 3]);
+}

@@ -1,12 +1,12 @@
 //! `curionav localize`: the localiser on a log of a robot.
 
 mod drive;
+mod summary;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use comfy_table::Table;
 use curionav_deployment::files::{self, MapFiles};
 use curionav_localization::LocalizerParams;
 use curionav_picture::{Track as DrawnTrack, tracks_svg};
@@ -18,17 +18,15 @@ use curionav_runtime::convert;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 use curionav_runtime::print::print;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 
 use crate::robot_log::arguments::{LogFiles, pose, range_max, within};
 use crate::robot_log::carmen::Scanner;
-use crate::robot_log::{Faults, Log, Recorded, recorded};
-use drive::{Consistency, Errors, Filter, Start, Track, by_odometry};
+use crate::robot_log::{Log, Recorded, recorded};
+use drive::{Filter, Start, Track, by_odometry};
+use summary::Summary;
 
 /// What every MCAP file begins with.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// Farther off than this at the end, the robot is lost, metres.
-const LOST_M: f64 = 1.0;
 
 /// Run the localiser on a log of a robot with a planar laser, and say how well it does.
 ///
@@ -39,13 +37,14 @@ const LOST_M: f64 = 1.0;
 /// if it was simulated, and else where it believed it was.
 ///
 ///   curionav localize --map intel.yaml intel.log --reference intel.corrected.log
-///   curionav localize --map intel.yaml intel.log --global
+///   curionav localize --map intel.yaml intel.log --global --seeds 5
 ///   curionav localize monday.mcap --robot porter-3
 ///
 /// Odometry is composed from its increments, so a log whose odometry begins anew goes on. Broken lines, gaps and clocks
 /// that were set back are counted and mended or left out.
 ///
-/// Exit status: 0 done, and at the end within 1 m of the last reference if there is one; 1 lost; 2 bad input.
+/// Exit status: 0 done, and at the end within 1 m of the last reference if there is one, with every seed; 1 lost; 2 bad
+/// input.
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub struct Options {
@@ -83,7 +82,10 @@ pub struct Options {
     /// Seed of the particles.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Where the picture of the tracks goes (.svg).
+    /// Drive the log with so many seeds, from --seed on, and print a table.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: u32,
+    /// Where the picture of the tracks goes (.svg): those of the first seed.
     #[arg(long, value_name = "FILE", default_value = "out/localize.svg")]
     out: PathBuf,
     /// Print one JSON object on standard output.
@@ -95,32 +97,6 @@ fn odometry_noise(text: &str) -> Result<f64, String> {
     within(text, 0.0, 10_000.0)
 }
 
-/// What is printed.
-#[derive(Debug, Serialize)]
-struct Summary {
-    log: String,
-    map: Option<String>,
-    scans: usize,
-    duration_s: f64,
-    length_m: f64,
-    #[serde(flatten)]
-    faults: Faults,
-    references: usize,
-    references_are: String,
-    /// Seconds after the first scan; nothing if it never was.
-    converged_after_s: Option<f64>,
-    /// Losses of convergence.
-    lost_convergence: usize,
-    /// From when it first had converged; of the whole log if it never had.
-    localizer: Option<Errors>,
-    odometry_alone: Option<Errors>,
-    consistency: Option<Consistency>,
-    updates: usize,
-    updates_per_second: f64,
-    seconds_per_second: f64,
-    picture: String,
-}
-
 /// Reads what a recording holds of the robot of that name, or of its only one.
 pub type RecordingReader = dyn Fn(&Path, Option<&str>) -> anyhow::Result<Recorded>;
 
@@ -129,64 +105,52 @@ pub type RecordingReader = dyn Fn(&Path, Option<&str>) -> anyhow::Result<Recorde
 /// # Errors
 /// Bad input if log, recording, map or parameters cannot be used; failed if the picture cannot be written.
 pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit> {
-    let (log, references_are, map, filter) = read(options, reader).map_err(Exit::bad_input)?;
-    let references = log.readings.iter().filter(|reading| reading.reference.is_some()).count();
-    let start = match (options.start, log.readings.iter().find_map(|reading| reading.reference)) {
-        _ if options.global => Start::Anywhere,
-        (Some(pose), _) | (None, Some(pose)) => Start::At(pose),
-        (None, None) => {
-            let problem = "the log has no poses beside odometry: give --start, --global or --reference";
-            return Err(Exit::bad_input(anyhow::anyhow!("{}: {problem}", options.path.display())));
-        }
-    };
+    let drive = read(options, reader).map_err(Exit::bad_input)?;
+    let count = drive.log.readings.len() as u64;
     let style =
         ProgressStyle::with_template("{bar:40} {percent} % {elapsed} left {eta}").map_err(Exit::failed)?;
-    let bar = ProgressBar::new(log.readings.len() as u64).with_style(style);
-    let track = Track::of(&log, &map, start, filter, |done| bar.set_position(done as u64));
+    let bar = ProgressBar::new(count * u64::from(options.seeds)).with_style(style);
+    let mut summaries = Vec::new();
+    for nth in 0..u64::from(options.seeds) {
+        let seed = options.seed.saturating_add(nth);
+        let track = drive.track(seed, |done| bar.set_position(nth * count + done as u64));
+        let track = track.map_err(Exit::bad_input)?;
+        let alone = by_odometry(&drive.log, &track);
+        if nth == 0 {
+            let picture = picture(&drive.map, &drive.log, &track, &alone);
+            files::write(&options.out, picture).map_err(Exit::failed)?;
+        }
+        summaries.push(Summary::of(options, &drive, seed, &track, &alone));
+    }
     bar.finish_and_clear();
-    let track = track.map_err(Exit::bad_input)?;
-    let alone = by_odometry(&log, &track);
-    files::write(&options.out, picture(&map, &log, &track, &alone)).map_err(Exit::failed)?;
-
-    let first = track.converged.iter().position(|is| *is);
-    let from = first.unwrap_or(0);
-    let with_reference = |poses: &[Pose2]| -> Vec<(Pose2, Pose2)> {
-        let pairs = poses.iter().zip(&log.readings).skip(from);
-        pairs.filter_map(|(pose, reading)| Some((*pose, reading.reference?))).collect()
+    let said = match (summaries.as_slice(), options.json) {
+        ([one], true) => serde_json::to_string(one).map_err(Exit::failed)?,
+        (several, true) => serde_json::to_string(several).map_err(Exit::failed)?,
+        ([one], false) => one.words(),
+        (several, false) => summary::table(several),
     };
-    let pairs = with_reference(&track.poses);
-    let alone = with_reference(&alone);
-    let covariances = track.covariances.iter().zip(&log.readings).skip(from);
-    let covariances: Vec<_> = covariances
-        .filter(|(_, reading)| reading.reference.is_some())
-        .map(|(covariance, _)| *covariance)
-        .collect();
-    let losses = track.converged.windows(2).filter(|pair| pair[0] && !pair[1]).count();
-    let summary = Summary {
-        log: options.path.display().to_string(),
-        map: options.map.as_ref().map(|map| map.display().to_string()),
-        scans: log.readings.len(),
-        duration_s: log.duration(),
-        length_m: log.length(),
-        faults: log.faults.clone(),
-        references,
-        references_are,
-        converged_after_s: first.map(|k| log.readings[k].stamp - log.readings[0].stamp),
-        lost_convergence: losses,
-        localizer: Errors::of(&pairs),
-        odometry_alone: Errors::of(&alone),
-        consistency: Consistency::of(&pairs, &covariances),
-        updates: track.updates,
-        updates_per_second: track.updates as f64 / track.wall_s.max(1e-9),
-        seconds_per_second: log.duration() / track.wall_s.max(1e-9),
-        picture: options.out.display().to_string(),
-    };
-    let json = serde_json::to_string(&summary).map_err(Exit::failed);
-    print(if options.json { json? } else { words(&summary) })?;
-    Ok(if summary.localizer.is_some_and(|errors| errors.at_end_m > LOST_M) { FAILED } else { SUCCESS })
+    print(said)?;
+    Ok(if summaries.iter().any(Summary::is_lost) { FAILED } else { SUCCESS })
 }
 
-fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, String, StaticMap, Filter)> {
+/// A log, and what drives it.
+struct Drive {
+    log: Log,
+    references_are: String,
+    map: StaticMap,
+    start: Start,
+    params: LocalizerParams,
+    noise: OdometryNoise,
+}
+
+impl Drive {
+    fn track(&self, seed: u64, progress: impl FnMut(usize)) -> anyhow::Result<Track> {
+        let filter = Filter { params: self.params.clone(), noise: self.noise, seed };
+        Track::of(&self.log, &self.map, self.start, filter, progress)
+    }
+}
+
+fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
     let scanner = Scanner { range_max: options.range_max, robot_from_laser: options.laser };
     let files = LogFiles { log: &options.path, reference: options.reference.as_deref(), scanner };
     let mut map = None;
@@ -224,7 +188,15 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, Str
         heading_per_metre: options.odometry_noise * simulated.heading_per_metre,
         heading_per_radian: options.odometry_noise * simulated.heading_per_radian,
     };
-    Ok((log, references_are, map, Filter { params, noise, seed: options.seed }))
+    let start = match (options.start, log.readings.iter().find_map(|reading| reading.reference)) {
+        _ if options.global => Start::Anywhere,
+        (Some(pose), _) | (None, Some(pose)) => Start::At(pose),
+        (None, None) => {
+            let problem = "the log has no poses beside odometry: give --start, --global or --reference";
+            anyhow::bail!("{}: {problem}", options.path.display());
+        }
+    };
+    Ok(Drive { log, references_are, map, start, params, noise })
 }
 
 fn picture(map: &StaticMap, log: &Log, track: &Track, alone: &[Pose2]) -> String {
@@ -236,68 +208,6 @@ fn picture(map: &StaticMap, log: &Log, track: &Track, alone: &[Pose2]) -> String
         DrawnTrack { name: "localiser", colour: "#D55E00", points: points(&track.poses) },
     ];
     tracks_svg(&convert::occupancy_grid_to_wire(&map.grid), &tracks)
-}
-
-fn words(summary: &Summary) -> String {
-    let Summary { faults, .. } = summary;
-    let mut lines = vec![format!(
-        "{}: {} scans in {:.0} s, {:.0} m by odometry",
-        summary.log, summary.scans, summary.duration_s, summary.length_m
-    )];
-    for (count, what) in [
-        (faults.broken_lines, "lines that cannot be read"),
-        (faults.disordered_scans, "scans that are no newer than the one before"),
-        (faults.clock_set_back, "times at which the clock was set back"),
-        (faults.gaps, "gaps of two seconds or longer"),
-        (faults.odometry_restarts, "restarts of odometry"),
-        (faults.later_runs, "later runs of the recording, which are left out"),
-    ] {
-        if count > 0 {
-            let first = faults.first_broken.as_ref().filter(|_| what.starts_with("lines"));
-            lines.push(format!(
-                "  {count} {what}{}",
-                first.map_or(String::new(), |first| format!(" ({first})"))
-            ));
-        }
-    }
-    if faults.without_clock {
-        lines.push("  no stamps that tell when scans were taken: they count as one second apart".to_owned());
-    }
-    lines.push(match summary.converged_after_s {
-        Some(after) => {
-            format!("converged after {after:.1} s; convergence lost {} times", summary.lost_convergence)
-        }
-        None => "never converged".to_owned(),
-    });
-    if let (Some(filter), Some(alone)) = (summary.localizer, summary.odometry_alone) {
-        let mut table = Table::new();
-        table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY);
-        table.set_header(["error", "localiser", "odometry alone"]);
-        for (what, of) in [
-            ("median, m", (|e| e.median_m) as fn(Errors) -> f64),
-            ("mean, m", |e| e.mean_m),
-            ("95 % below, m", |e| e.p95_m),
-            ("greatest, m", |e| e.greatest_m),
-            ("at the end, m", |e| e.at_end_m),
-            ("heading, median, degrees", |e| e.heading_median_deg),
-        ] {
-            table.add_row([what.to_owned(), format!("{:.2}", of(filter)), format!("{:.2}", of(alone))]);
-        }
-        lines
-            .push(format!("against {} references, {}:\n{table}", summary.references, summary.references_are));
-    }
-    if let Some(Consistency { mean, share_within_95 }) = summary.consistency {
-        lines.push(format!(
-            "covariance: normalised squared error {mean:.1} on average (3 is honest), {:.0} % within the 95 % region",
-            100.0 * share_within_95
-        ));
-    }
-    lines.push(format!(
-        "{} filter updates, {:.0} per second; {:.0} times as fast as it was driven",
-        summary.updates, summary.updates_per_second, summary.seconds_per_second
-    ));
-    lines.push(format!("the tracks are in {}", summary.picture));
-    lines.join("\n")
 }
 
 #[cfg(test)]

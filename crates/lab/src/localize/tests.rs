@@ -4,8 +4,9 @@ use curionav_crowdsim::{Scenario, World};
 use curionav_planning::geometry::Twist;
 use curionav_planning::random::{rng, uniform};
 
+use super::drive::{Consistency, Errors};
 use super::*;
-use crate::robot_log::carmen;
+use crate::robot_log::{Faults, carmen};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
 
