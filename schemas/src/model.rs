@@ -76,11 +76,19 @@ pub struct RobotModel {
     pub omega_max: f64,
     /// Largest change of turn rate, rad/s^2.
     pub alpha_max: f64,
+    /// Largest speed backwards, m/s; 0 if the robot never drives backwards.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub v_reverse: f64,
+}
+
+fn is_zero(speed: &f64) -> bool {
+    *speed == 0.0
 }
 
 checks! { robot: RobotModel {
     footprint: part;
     v_max, a_max, omega_max, alpha_max: positive;
+    v_reverse: non_negative;
 }}
 
 /// A planar laser range finder.

@@ -210,7 +210,7 @@ fn contacts(truth: &Truth, lasts: bool) -> Vec<(Contact, bool)> {
         .iter()
         .map(|&Touch { id, robot_speed, person_speed }| {
             let contact = Contact { time, person: Some(id), robot_speed, person_speed };
-            (contact, truth.twist.v > COLLISION_SPEED)
+            (contact, truth.twist.v.abs() > COLLISION_SPEED)
         })
         .collect();
     if truth.wall_impact.is_some() || lasts {

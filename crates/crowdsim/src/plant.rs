@@ -49,7 +49,7 @@ impl Plant {
         let twist = self.model.limit(self.twist, wanted, dt);
         let before = self.pose;
         let free = self.free_time(twist, dt, around);
-        self.wall_impact = (free < dt).then_some(twist.v);
+        self.wall_impact = (free < dt).then_some(twist.v.abs());
         self.pose = step(before, twist, free);
         if free < dt {
             self.pose = step(self.pose, Twist { v: 0.0, omega: twist.omega }, dt - free);
@@ -67,7 +67,7 @@ impl Plant {
     /// How long, up to `dt` seconds, the arc from here stays clear of what is solid. Looked at every half cell,
     /// then bisected.
     fn free_time(&self, twist: Twist, dt: f64, around: &Surroundings) -> f64 {
-        let pieces = (twist.v * dt / (0.5 * around.walls().grid.resolution())).ceil();
+        let pieces = (twist.v.abs() * dt / (0.5 * around.walls().grid.resolution())).ceil();
         for k in 1..=(pieces as u32) {
             let mut good = dt * f64::from(k - 1) / pieces;
             let mut bad = dt * f64::from(k) / pieces;
@@ -148,6 +148,21 @@ mod tests {
         // the wall's face is at 9.95, the body's radius 0.3
         assert!((p.pose.x - 9.65).abs() < 1e-6, "{:?}", p.pose);
         assert!((hit.unwrap() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn backwards_it_is_as_fast_as_its_model_says_and_stops_at_a_wall() {
+        let (map, mut r) = (room(), rng(1, 0));
+        let model = RobotModel { v_reverse: 0.3, ..RobotModel::default() };
+        let mut p = Plant::new(model, OdometryNoise::default(), Pose2::new(1.0, 5.0, 0.0));
+        let mut hit = None;
+        for _ in 0..60 {
+            p.step(Twist { v: -1.0, omega: 0.0 }, 0.1, &map, &mut r);
+            hit = hit.or(p.wall_impact);
+        }
+        // the wall's face is at 0.05, the body's radius 0.3
+        assert!((p.pose.x - 0.35).abs() < 1e-6, "{:?}", p.pose);
+        assert!((hit.unwrap() - 0.3).abs() < 1e-9);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
 use crate::numerics::{SMALL_ANGLE, sin_cos, sinc_cos};
+use crate::sensor::LaserModel;
 
 /// The robot's outline in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,17 +108,33 @@ crate::parameters! {
         pub omega_max: f64 [0.01, 20.0, "rad/s", "slower ones never turn; three turns a second are plenty"] = 1.0,
         /// Greatest change of turn rate, rad/s2.
         pub alpha_max: f64 [0.01, 100.0, "rad/s2", "slower ones never turn; stronger motors no base has"] = 1.0,
-    }
+        /// Greatest speed backwards, m/s, no more than `v_max`. At 0 the robot never drives backwards. Otherwise it
+        /// backs by up to 0.3 m where a recovery finds no other way out and the laser sees what is behind.
+        #[serde(skip_serializing_if = "is_zero")]
+        pub v_reverse: f64 [0.0, 1.0, "m/s", "backwards is for the last resort, and no robot hurries there"] = 0.0,
+    } check Self::is_slower_backwards
+}
+
+fn is_zero(speed: &f64) -> bool {
+    *speed == 0.0
 }
 
 impl RobotModel {
+    fn is_slower_backwards(&self) -> Result<(), FieldError> {
+        if self.v_reverse <= self.v_max {
+            return Ok(());
+        }
+        let problem = format!("is {}, and v_max {}", self.v_reverse, self.v_max);
+        Err(FieldError::new("v_reverse", problem, "give no more than v_max"))
+    }
+
     /// Circumscribed radius of the footprint, metres.
     pub fn radius(&self) -> f64 {
         self.footprint.circumscribed_radius()
     }
 
     /// The twist reached after `dt` seconds when `wanted` is asked for: clipped to the speed limits and
-    /// to what acceleration allows from `current`. Never backwards.
+    /// to what acceleration allows from `current`. Never backwards faster than `v_reverse`.
     pub fn limit(&self, current: Twist, wanted: Twist, dt: f64) -> Twist {
         let omega =
             wanted.omega.clamp(current.omega - self.alpha_max * dt, current.omega + self.alpha_max * dt);
@@ -128,13 +145,28 @@ impl RobotModel {
     /// The speed of [`Self::limit`], m/s. A robot that is faster than the limits brakes as hard as it can.
     pub fn limit_speed(&self, current: f64, wanted: f64, dt: f64) -> f64 {
         let least = current - self.a_max * dt;
-        wanted.clamp(least, current + self.a_max * dt).clamp(0.0, self.v_max.max(least))
+        let most = current + self.a_max * dt;
+        // Not the negative of 0, which is another number.
+        let backwards = (0.0 - self.v_reverse).min(most);
+        wanted.clamp(least, most).clamp(backwards, self.v_max.max(least))
     }
 
-    /// The robot with this share of its greatest speed.
+    /// The robot with this share of its greatest speeds.
     #[must_use]
     pub fn slowed(&self, share: f64) -> Self {
-        Self { v_max: share * self.v_max, ..self.clone() }
+        Self { v_max: share * self.v_max, v_reverse: share * self.v_reverse, ..self.clone() }
+    }
+
+    /// The robot that never drives backwards.
+    #[must_use]
+    pub fn forwards(&self) -> Self {
+        Self { v_reverse: 0.0, ..self.clone() }
+    }
+
+    /// The robot as it may be planned for with this laser: backwards only if that is where the laser looks.
+    #[must_use]
+    pub fn seeing_with(&self, laser: &LaserModel) -> Self {
+        if laser.sees_behind() { self.clone() } else { self.forwards() }
     }
 
     /// Distance needed to stop from `v` m/s at full braking, metres.
@@ -278,5 +310,30 @@ mod tests {
         let t = m.limit(Twist { v: 0.9, omega: 0.0 }, Twist { v: 9.0, omega: -9.0 }, 0.1);
         assert!((t.v - 0.95).abs() < 1e-12 && (t.omega + 0.1).abs() < 1e-12);
         assert_eq!(m.limit(Twist { v: 0.0, omega: 0.0 }, Twist { v: -1.0, omega: 0.0 }, 0.1).v, 0.0);
+    }
+
+    #[test]
+    fn backwards_it_is_no_faster_than_its_model_says() {
+        let forwards = RobotModel::default();
+        let backs = RobotModel { v_reverse: 0.2, ..RobotModel::default() };
+        for current in [0.0, 0.03, 0.5, 1.2] {
+            for wanted in [-1.0, -0.0, 0.0, 0.7] {
+                let speed = forwards.limit_speed(current, wanted, 0.1);
+                let before =
+                    wanted.clamp(current - 0.05, current + 0.05).clamp(0.0, 1.0_f64.max(current - 0.05));
+                assert_eq!(speed.to_bits(), before.to_bits(), "{current} {wanted}");
+            }
+        }
+        assert_eq!(backs.limit_speed(0.0, -1.0, 0.1), -0.05);
+        assert_eq!(backs.limit_speed(-0.18, -1.0, 0.1), -0.2);
+        // What rolls back faster than it may brakes as hard as it can.
+        assert!((forwards.limit_speed(-0.2, 0.5, 0.1) + 0.15).abs() < 1e-12);
+        assert!((backs.limit_speed(-0.5, -1.0, 0.1) + 0.45).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_model_is_faster_backwards_than_forwards() {
+        let refused = RobotModel { v_max: 0.3, v_reverse: 0.4, ..RobotModel::default() }.check().unwrap_err();
+        assert_eq!(refused.to_string(), "v_reverse: is 0.4, and v_max 0.3; give no more than v_max");
     }
 }

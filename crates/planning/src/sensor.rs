@@ -4,7 +4,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::parameters::FieldError;
 
-use crate::geometry::{Point2, Pose2};
+use crate::geometry::{Point2, Pose2, wrap_angle};
 
 crate::parameters! {
     /// A planar scanner: equally spaced beams, counter-clockwise, the first at `-fov/2`.
@@ -60,6 +60,13 @@ impl LaserModel {
         self.fov >= std::f64::consts::TAU - 1e-9
     }
 
+    /// Whether it looks at all that a robot may meet which drives backwards: an eighth of a turn to either side of
+    /// straight back.
+    pub fn sees_behind(&self) -> bool {
+        let off = wrap_angle(std::f64::consts::PI - self.robot_from_laser.heading).abs();
+        self.sees_all_around() || off + std::f64::consts::FRAC_PI_4 <= 0.5 * self.fov
+    }
+
     /// How many gaps there are between neighbouring beams.
     fn gaps(&self) -> u32 {
         if self.sees_all_around() { self.beams } else { self.beams.saturating_sub(1).max(1) }
@@ -96,5 +103,14 @@ mod tests {
         let spacing = |laser: &LaserModel| laser.bearing(1) - laser.bearing(0);
         assert!((spacing(&half) - spacing(&around)).abs() < 1e-12);
         assert_eq!(around.all_round(), around);
+    }
+
+    #[test]
+    fn a_laser_sees_behind_if_it_looks_there() {
+        let half = LaserModel::default();
+        let to_the_rear = LaserModel { robot_from_laser: Pose2::new(-0.2, 0.0, 3.1), ..half };
+        let wide = LaserModel { fov: 1.5 * std::f64::consts::PI, ..half };
+        assert!(half.all_round().sees_behind() && to_the_rear.sees_behind());
+        assert!(!half.sees_behind() && !wide.sees_behind());
     }
 }

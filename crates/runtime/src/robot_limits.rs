@@ -2,6 +2,7 @@
 
 use curionav_planning::geometry::Twist;
 use curionav_planning::motion::RobotModel;
+use curionav_planning::parameters::FieldError;
 use curionav_schemas::{Clock, MissionOrder, Refusal, Reject};
 
 use crate::convert;
@@ -18,6 +19,9 @@ curionav_planning::parameters! {
         pub omega_max: f64 [0.01, 20.0, "rad/s", "slower bases never turn; three turns a second are plenty"],
         /// Greatest change of turn rate, rad/s2.
         pub alpha_max: f64 [0.01, 100.0, "rad/s2", "slower bases never turn; stronger motors no base has"],
+        /// Greatest speed backwards, m/s, no more than `v_max`. At 0 the robot never drives backwards.
+        #[serde(default)]
+        pub v_reverse: f64 [0.0, 1.0, "m/s", "backwards is for the last resort, and no robot hurries there"],
         /// Radius of the disc around the centre of rotation that holds the whole robot with what it carries, metres.
         pub radius: f64 [0.05, 5.0, "m", "a service robot is no smaller and no larger"],
         /// Seconds between two messages of odometry.
@@ -35,6 +39,21 @@ curionav_planning::parameters! {
         /// A decision older than this stops the robot, however long it says that it is valid, seconds.
         #[serde(default = "default_decision_age_max")]
         pub decision_age_max: f64 [0.01, 5.0, "s", "an older decision was made among people who have moved on"],
+    } check Self::is_slower_backwards
+}
+
+impl RobotLimits {
+    fn is_slower_backwards(&self) -> Result<(), FieldError> {
+        if self.v_reverse <= self.v_max {
+            return Ok(());
+        }
+        let problem = format!("is {}, and v_max {}", self.v_reverse, self.v_max);
+        Err(FieldError::new("v_reverse", problem, "give no more than v_max"))
+    }
+
+    /// A velocity within these limits; standing still if it is no motion.
+    pub fn clamp(&self, twist: Twist) -> Twist {
+        clamped(twist, (self.v_reverse, self.v_max), self.omega_max)
     }
 }
 
@@ -84,6 +103,7 @@ impl Base {
         let robot = convert::robot_model(&order.robot_model);
         let most = |field: &str, found: f64, most: f64| within(field, found, (0.0, most));
         most("robot_model.v_max", robot.v_max, own.v_max)?;
+        most("robot_model.v_reverse", robot.v_reverse, own.v_reverse)?;
         most("robot_model.a_max", robot.a_max, own.a_max)?;
         most("robot_model.omega_max", robot.omega_max, own.omega_max)?;
         most("robot_model.alpha_max", robot.alpha_max, own.alpha_max)?;
@@ -128,20 +148,20 @@ impl Base {
     /// The command that reaches the base instead of `twist`: within the limits of base and mission, and standing still
     /// if `twist` is no motion.
     pub fn clamp(&self, twist: Twist, robot: &RobotModel) -> Twist {
-        let (v_max, omega_max) = match self {
-            Self::Simulated => (robot.v_max, robot.omega_max),
-            Self::Real(own) => (robot.v_max.min(own.v_max), robot.omega_max.min(own.omega_max)),
-        };
-        clamped(twist, v_max, omega_max)
+        let within = clamped(twist, (robot.v_reverse, robot.v_max), robot.omega_max);
+        match self {
+            Self::Simulated => within,
+            Self::Real(own) => own.clamp(within),
+        }
     }
 }
 
-/// A velocity within these limits, forwards; standing still if it is no motion.
-pub fn clamped(twist: Twist, v_max: f64, omega_max: f64) -> Twist {
+/// A velocity that is no faster backwards, forwards, and turning than these; standing still if it is no motion.
+fn clamped(twist: Twist, (v_reverse, v_max): (f64, f64), omega_max: f64) -> Twist {
     if !(twist.v.is_finite() && twist.omega.is_finite()) {
         return Twist::default();
     }
-    Twist { v: twist.v.clamp(0.0, v_max), omega: twist.omega.clamp(-omega_max, omega_max) }
+    Twist { v: twist.v.clamp(0.0 - v_reverse, v_max), omega: twist.omega.clamp(-omega_max, omega_max) }
 }
 
 /// Footprints are no larger.
@@ -182,9 +202,11 @@ mod tests {
         let base = Base::Real(own());
         assert_eq!(base.check_order(&order()), Ok(()));
         type Asks = fn(&mut MissionOrder);
-        let hostile: [(Asks, &str); 11] = [
+        let hostile: [(Asks, &str); 13] = [
             (|o| o.robot_model.v_max = 1e9, "robot_model.v_max"),
             (|o| o.robot_model.v_max = f64::NAN, "robot_model.v_max"),
+            (|o| o.robot_model.v_reverse = 0.1, "robot_model.v_reverse"),
+            (|o| o.robot_model.v_reverse = f64::NAN, "robot_model.v_reverse"),
             (|o| o.robot_model.a_max = 0.51, "robot_model.a_max"),
             (|o| o.robot_model.omega_max = f64::INFINITY, "robot_model.omega_max"),
             (|o| o.robot_model.alpha_max = 1.01, "robot_model.alpha_max"),
@@ -242,6 +264,10 @@ mod tests {
             assert_eq!(clamped, Twist { v: v_max, omega: -1.0 });
             assert_eq!(base.clamp(Twist { v: -1.0, omega: 0.5 }, &robot), Twist { v: 0.0, omega: 0.5 });
         }
+        let backs = RobotModel { v_reverse: 0.3, ..robot };
+        let back = |base: Base| base.clamp(Twist { v: -1.0, omega: 0.5 }, &backs).v;
+        assert_eq!([back(Base::Simulated), back(Base::Real(own()))], [-0.3, 0.0]);
+        assert_eq!(back(Base::Real(RobotLimits { v_reverse: 0.2, ..own() })), -0.2);
     }
 
     #[test]

@@ -82,6 +82,8 @@ class RobotModel(Record):
     """rad/s, positive"""
     alpha_max: Positive
     """rad/s^2, positive"""
+    v_reverse: NonNegative | None = None
+    """m/s backwards, not negative; absent: 0, never backwards"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -52,12 +52,13 @@ impl CommandCounts {
         base: &Base,
     ) {
         if let Base::Real(own) = base {
-            let RobotLimits { v_max, a_max, omega_max, alpha_max, radius, .. } = *own;
+            let RobotLimits { v_max, a_max, omega_max, alpha_max, v_reverse, radius, .. } = *own;
             let limits = [
                 ("v_max", v_max),
                 ("a_max", a_max),
                 ("omega_max", omega_max),
                 ("alpha_max", alpha_max),
+                ("v_reverse", v_reverse),
                 ("radius", radius),
             ];
             let help = "The robot's own limits, which no mission can widen";

@@ -13,7 +13,7 @@ use curionav_ros2::qos::Qos;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Counter;
-use curionav_runtime::robot_limits::{RobotLimits, clamped};
+use curionav_runtime::robot_limits::RobotLimits;
 
 use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
@@ -265,7 +265,7 @@ impl Gate {
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
             let held = held_back(twist, self.lease.paused_for(), &self.limits);
-            let twist = clamped(held, self.limits.v_max, self.limits.omega_max);
+            let twist = self.limits.clamp(held);
             state.watch.sent = twist;
             Sink { state: &state, base: &self.base }.send(twist, now);
         }
@@ -398,8 +398,10 @@ mod tests {
             (9.0, -9.0, (0.8, -1.0)),
             (-1.0, 0.2, (0.0, 0.2)),
         ] {
-            let sent = clamped(Twist { v, omega }, limits.v_max, limits.omega_max);
+            let sent = limits.clamp(Twist { v, omega });
             assert_eq!((sent.v, sent.omega), expected);
         }
+        let backs = RobotLimits { v_reverse: 0.2, ..limits };
+        assert_eq!(backs.clamp(Twist { v: -1.0, omega: 0.2 }), Twist { v: -0.2, omega: 0.2 });
     }
 }

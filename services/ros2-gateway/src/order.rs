@@ -103,8 +103,9 @@ impl Orders {
         start: &Start,
         (goal, heading): (Point2, Option<f64>),
     ) -> Result<MissionOrder, Reject> {
-        let RobotLimits { v_max, a_max, omega_max, alpha_max, radius, tick_s, .. } = self.limits;
-        let robot = RobotModel { footprint: Footprint::Disc { radius }, v_max, a_max, omega_max, alpha_max };
+        let RobotLimits { v_max, a_max, omega_max, alpha_max, v_reverse, radius, tick_s, .. } = self.limits;
+        let footprint = Footprint::Disc { radius };
+        let robot = RobotModel { footprint, v_max, a_max, omega_max, alpha_max, v_reverse };
         let tracker = self.tracker.is_some().then_some(keys::TRACKER);
         let order = MissionOrder {
             robot: self.robot.clone(),

@@ -41,7 +41,8 @@ pub(crate) fn held_back(command: Twist, paused: Option<Duration>, limits: &Robot
     if paused >= ramp.duration() {
         return Twist::default();
     }
-    Twist { v: command.v.min(ramp.after(paused).v), ..command }
+    let most = ramp.after(paused).v;
+    Twist { v: command.v.clamp(-most, most), ..command }
 }
 
 #[cfg(test)]
@@ -60,6 +61,8 @@ mod tests {
         assert_eq!(held(0.2), driven);
         assert!((held(1.0).v - 0.5).abs() < 1e-12);
         assert_eq!(held(2.0), Twist::default());
+        let back = Twist { v: -0.8, omega: 0.0 };
+        assert!((held_back(back, Some(Duration::from_secs(1)), &limits).v + 0.5).abs() < 1e-12);
     }
 
     #[test]

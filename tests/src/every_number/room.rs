@@ -27,6 +27,7 @@ v_max = 1.0
 a_max = 0.5
 omega_max = 1.0
 alpha_max = 1.0
+v_reverse = 0.1
 footprint = { shape = "disc", radius = 0.3 }
 [laser]
 robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }

@@ -36,6 +36,7 @@ fn own() -> ServiceConfig {
         a_max: A_MAX,
         omega_max: OMEGA_MAX,
         alpha_max: ALPHA_MAX,
+        v_reverse: 0.0,
         radius: 0.3,
         tick_s: TICK,
         latency_s: None,

@@ -18,19 +18,19 @@ pub fn pose_to_wire(p: Pose2) -> wire::Pose {
 
 /// A robot model.
 pub fn robot_model(m: &wire::RobotModel) -> RobotModel {
-    let wire::RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max } = *m;
+    let wire::RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max, v_reverse } = *m;
     let footprint = match footprint {
         wire::Footprint::Disc { radius } => Footprint::Disc { radius: *radius },
         wire::Footprint::Polygon { x, y } => Footprint::Polygon {
             vertices: x.iter().zip(y.iter()).map(|(x, y)| Point2::new(*x, *y)).collect(),
         },
     };
-    RobotModel { footprint, v_max, a_max, omega_max, alpha_max }
+    RobotModel { footprint, v_max, a_max, omega_max, alpha_max, v_reverse }
 }
 
 /// A robot model.
 pub fn robot_model_to_wire(m: &RobotModel) -> wire::RobotModel {
-    let RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max } = *m;
+    let RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max, v_reverse } = *m;
     let footprint = match footprint {
         Footprint::Disc { radius } => wire::Footprint::Disc { radius: *radius },
         Footprint::Polygon { vertices } => wire::Footprint::Polygon {
@@ -38,7 +38,7 @@ pub fn robot_model_to_wire(m: &RobotModel) -> wire::RobotModel {
             y: vertices.iter().map(|v| v.y).collect(),
         },
     };
-    wire::RobotModel { footprint, v_max, a_max, omega_max, alpha_max }
+    wire::RobotModel { footprint, v_max, a_max, omega_max, alpha_max, v_reverse }
 }
 
 /// A laser model.

@@ -172,7 +172,7 @@ fn laser() -> LaserModel {
 }
 
 fn robot_model(footprint: Footprint) -> RobotModel {
-    RobotModel { footprint, v_max: 1.0, a_max: 0.5, omega_max: 1.5, alpha_max: 3.0 }
+    RobotModel { footprint, v_max: 1.0, a_max: 0.5, omega_max: 1.5, alpha_max: 3.0, v_reverse: 0.0 }
 }
 
 fn odometry_noise() -> OdometryNoise {

@@ -34,14 +34,15 @@ impl<'a> Law<'a> {
         }
     }
 
-    /// As [`RobotModel::limit_speed`].
+    /// As [`RobotModel::limit_speed`] of a robot that never drives backwards.
     #[inline(always)]
     fn limit_speed<S: Simd>(&self, current: f64x8<S>, wanted: f64x8<S>) -> f64x8<S> {
         let all = |x: f64| f64x8::splat(current.simd, x);
         let change = self.robot.a_max * self.h;
         let least = current - change;
-        let v = greater(lesser(wanted, current + change), least);
-        greater(lesser(v, greater(least, all(self.robot.v_max))), all(0.0))
+        let most = current + change;
+        let v = greater(lesser(wanted, most), least);
+        greater(lesser(v, greater(least, all(self.robot.v_max))), lesser(most, all(0.0)))
     }
 }
 
