@@ -136,7 +136,7 @@ pub fn on_arrival(odometry: &Odometry, on_its_way: &[OnItsWay], robot: &RobotMod
 /// Full braking on the present curve: where that leads was free when it was chosen.
 pub fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
     let v = robot.limit(moving, Twist::default(), period).v;
-    let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
+    let omega = if moving.v != 0.0 { moving.omega * v / moving.v } else { 0.0 };
     robot.limit(moving, Twist { v, omega }, period)
 }
 
@@ -263,6 +263,30 @@ mod tests {
     }
 
     #[test]
+    fn a_decision_that_leads_backwards_is_driven_where_the_laser_has_looked() {
+        let robot = RobotModel { v_reverse: 0.3, ..RobotModel::default() };
+        let (mut odometry, mut belief, mut scan, mut decision) = moving();
+        (odometry.v, belief.v, belief.omega) = (-0.2, -0.2, 0.0);
+        (scan.laser.heading, scan.angle_min) = (0.0, -std::f64::consts::FRAC_PI_2);
+        let (sin, cos) = curionav_planning::numerics::sin_cos(belief.heading);
+        for k in 0..13 {
+            let way = 0.06 * (k + 1) as f64;
+            (decision.x.0[k], decision.y.0[k]) = (belief.x - way * cos, belief.y - way * sin);
+            decision.v.0[k] = -0.2;
+        }
+        for (facing, looked) in [(0.0, false), (std::f64::consts::PI, true)] {
+            scan.laser.heading = facing;
+            let mut seen = SeenWay::default();
+            seen.see(&scan, odometry.heading);
+            let known = inputs(&odometry, &belief, &scan, &decision, &robot);
+            let Command { twist, reason } = command(&Inputs { seen: &seen, ..known }, &mut guard());
+            let expected = if looked { CommandReason::Tracking } else { CommandReason::WayUnseen };
+            assert_eq!(reason, expected, "the laser looks to {facing} rad");
+            assert!(if looked { twist.v < -0.19 } else { twist.v > -0.16 }, "{twist:?}");
+        }
+    }
+
+    #[test]
     fn stopping_brakes_within_the_limits() {
         let robot = RobotModel::default();
         let (odometry, belief, scan, mut decision) = moving();
@@ -276,6 +300,8 @@ mod tests {
     fn stopping_keeps_the_curve() {
         let twist = braking(Twist { v: 0.5, omega: 0.5 }, &RobotModel::default(), 0.1);
         assert!((twist.omega / twist.v - 1.0).abs() < 1e-12, "{twist:?}");
+        let back = braking(Twist { v: -0.5, omega: 0.5 }, &RobotModel::default(), 0.1);
+        assert!((back.v + 0.45).abs() < 1e-12 && (back.omega - 0.45).abs() < 1e-12, "{back:?}");
     }
 
     #[test]

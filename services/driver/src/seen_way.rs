@@ -1,6 +1,6 @@
 //! What the laser has seen around the robot in the last second. The robot drives no faster than lets it stop there.
 
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
@@ -53,7 +53,8 @@ impl SeenWay {
 
     /// The command, or a slower one if the robot could not stop within what was seen. It looks along the arc of the
     /// command that is driven until the next one, `period` seconds later, and while braking fully. The turn rate
-    /// stays: turning shows what is not seen.
+    /// stays: turning shows what is not seen. A robot that drives backwards faces the other way, and looks along a
+    /// stride at least: however slow it is, what is close behind it has to be seen.
     pub fn slowed(
         &self,
         command: Twist,
@@ -62,18 +63,23 @@ impl SeenWay {
         robot: &RobotModel,
         period: f64,
     ) -> Twist {
-        if command.v <= 0.0 {
+        if command.v == 0.0 {
             return command;
         }
-        let to_stop = command.v * period + robot.stopping_distance(command.v);
-        let free = self.free_way(command, to_stop, odometry.heading, now, robot.radius());
-        if free >= to_stop {
+        let is_back = command.v < 0.0;
+        let speed = command.v.abs();
+        let facing = if is_back { odometry.heading + PI } else { odometry.heading };
+        let to_stop = speed * period + robot.stopping_distance(speed);
+        let looked_at = if is_back { to_stop.max(STRIDE) } else { to_stop };
+        let ahead = Twist { v: speed, ..command };
+        let free = self.free_way(ahead, looked_at, facing, now, robot.radius());
+        if free >= looked_at {
             return command;
         }
         // The speed from which `free` is what a period and the brakes take.
         let a = robot.a_max;
-        let fastest = a * ((period * period + 2.0 * free / a).sqrt() - period);
-        Twist { v: fastest.clamp(0.0, command.v), omega: command.omega }
+        let fastest = (a * ((period * period + 2.0 * free / a).sqrt() - period)).clamp(0.0, speed);
+        Twist { v: if is_back { 0.0 - fastest } else { fastest }, omega: command.omega }
     }
 
     /// How far along its arc the robot stays within what was seen, up to `most` metres.

@@ -55,6 +55,19 @@ fn the_robot_does_not_drive_where_it_has_not_looked() {
 }
 
 #[test]
+fn backwards_is_driven_only_where_the_laser_has_looked() {
+    for (v, omega) in [(-0.3, -0.3), (-0.3, 0.0), (-0.3, 0.3), (-0.05, 0.0)] {
+        let back = Twist { v, omega };
+        for degrees in [180.0_f64, 240.0, 270.0] {
+            assert_eq!(left_of(back, &[scan(0.0, degrees.to_radians(), 0.0)], 0.1), 0.0, "{degrees} degrees");
+        }
+        assert_eq!(left_of(back, &[scan(0.0, 2.0 * PI, 0.0)], 0.1), v);
+        assert_eq!(left_of(back, &[scan(0.0, PI, PI)], 0.1), v);
+        assert_eq!(left_of(back, &[scan(0.0, PI, PI)], 1.2), 0.0, "a second later");
+    }
+}
+
+#[test]
 fn a_look_holds_for_a_second_and_through_a_turn() {
     let seen = [scan(5.0, PI, 0.0)];
     assert_eq!(left_of(FAST, &seen, 6.0), 1.0);

@@ -20,9 +20,9 @@ const NEARER: f64 = 1e-3;
 /// The robot when a command reaches it, and how it brakes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Approaching {
-    /// Where it is then, in the odometry's frame.
+    /// Where it is then, in the odometry's frame; it faces where it drives.
     pub(super) pose: Pose2,
-    /// How fast it is then, m/s.
+    /// How fast it is then in that direction, m/s.
     pub(super) speed: f64,
     /// When it is there, seconds after the scan.
     pub(super) after: f64,

@@ -10,6 +10,7 @@ mod sweep;
 mod zones;
 
 use std::collections::{BTreeMap, VecDeque};
+use std::f64::consts::PI;
 
 use curionav_planning::geometry::{Direction, Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
@@ -161,7 +162,7 @@ impl Guard {
         self.earlier.push_front(std::mem::replace(&mut self.now, spare));
     }
 
-    /// Judges a command.
+    /// Judges a command. A robot that drives backwards is judged as one that faces the other way and drives forwards.
     pub fn judge(&mut self, told: Twist, situation: &Situation<'_>) -> Verdict {
         let further = self.further.values().map(|further| &further.now);
         let fresh = further.filter(|it| (situation.now - it.stamp).abs() <= situation.further_age_max);
@@ -170,10 +171,12 @@ impl Guard {
         if zone == Some(0.0) {
             return Verdict::Brakes(Twist::default());
         }
-        if told.v <= 0.0 {
+        if told.v == 0.0 {
             return Verdict::Safe;
         }
-        let robot = self.approaching(situation);
+        let sign = told.v.signum();
+        let told = Twist { v: sign * told.v, ..told };
+        let robot = self.approaching(situation, sign);
         self.standing.gather(&seen, &robot, told.v);
         let cap = zone.unwrap_or(f64::INFINITY).min(self.speed_near_movers(&robot));
         let wanted = told.v.min(cap);
@@ -187,16 +190,19 @@ impl Guard {
             // The disc of a robot that stands may turn as it likes.
             return Verdict::Brakes(Twist { v: 0.0, omega: told.omega });
         }
-        let twist = Twist { v, omega: told.omega * v / told.v };
+        let twist = Twist { v: sign * v, omega: told.omega * v / told.v };
         let brakes_hard = v < SLOW || v < robot.speed - 0.5 * brakes;
         if brakes_hard { Verdict::Brakes(twist) } else { Verdict::Slower(twist) }
     }
 
-    fn approaching(&self, situation: &Situation<'_>) -> Approaching {
+    /// The robot that is judged: it faces where it drives, which is backwards if `sign` is -1.
+    fn approaching(&self, situation: &Situation<'_>, sign: f64) -> Approaching {
         let Situation { now, arrival, stopping, period, .. } = *situation;
+        let Pose2 { x, y, heading } = arrival.pose;
+        let facing = if sign < 0.0 { heading + PI } else { heading };
         Approaching {
-            pose: arrival.pose,
-            speed: arrival.twist.v,
+            pose: Pose2::new(x, y, facing),
+            speed: sign * arrival.twist.v,
             after: now - self.now.stamp + arrival.after,
             period,
             braking: self.settings.braking_share * stopping.a_max,

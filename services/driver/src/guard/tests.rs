@@ -85,6 +85,8 @@ struct Loop {
     beams: u32,
     /// Share of the declared brakes that the base has.
     brakes: f64,
+    /// Which way the laser looks, as seen from the robot, radians.
+    laser: f64,
 }
 
 impl Loop {
@@ -101,6 +103,7 @@ impl Loop {
             noise: None,
             beams: 181,
             brakes: 1.0,
+            laser: 0.0,
         }
     }
 
@@ -113,7 +116,9 @@ impl Loop {
         let Pose2 { x, y, heading } = self.pose;
         let Twist { v, omega } = self.twist;
         let odometry = Odometry { tick: self.tick, stamp: self.now(), x, y, heading, v, omega };
-        let scan = scan(self.now(), self.pose, things, self.beams, self.noise.as_mut());
+        let laser = Pose2 { heading: heading + self.laser, ..self.pose };
+        let mut scan = scan(self.now(), laser, things, self.beams, self.noise.as_mut());
+        scan.laser.heading = self.laser;
         self.guard.see(&scan, self.pose);
         let latency = self.latency_ticks as f64 * TICK;
         let on_its_way = self.told.on_its_way(self.tick, latency, TICK);
@@ -137,7 +142,7 @@ impl Loop {
         let due = (self.commands.len() as u64).checked_sub(self.latency_ticks + 1);
         let due = due.map_or(Twist::default(), |due| self.commands[due as usize]);
         let base = RobotModel { a_max: self.model.a_max * self.brakes, ..self.model.clone() };
-        self.twist = if due.v < self.twist.v {
+        self.twist = if due.v.abs() < self.twist.v.abs() {
             base.limit(self.twist, due, TICK)
         } else {
             self.model.limit(self.twist, due, TICK)
@@ -337,4 +342,51 @@ fn a_pressed_bumper_stops_the_robot_until_it_has_turned_away() {
     assert_eq!(verdict(PI, straight(0.3)), Verdict::Safe, "what touches it behind is left");
     let turning = Twist { v: 0.0, omega: 0.5 };
     assert_eq!(verdict(0.0, turning), Verdict::Safe);
+}
+
+/// A robot drives along x for so many ticks, with its tail ahead if `sign` is -1. At each: its speed in that direction,
+/// where it is, and the room that is left to `thing`.
+fn along_x(sign: f64, latency_ticks: u64, thing: Thing, ticks: u64) -> Vec<(f64, f64, f64)> {
+    let backs = RobotModel { v_reverse: 0.5, v_max: 0.5, ..RobotModel::default() };
+    let mut drive = Loop::new(backs, latency_ticks);
+    let facing = if sign < 0.0 { PI } else { 0.0 };
+    (drive.pose.heading, drive.laser) = (facing, facing);
+    let mut driven = Vec::new();
+    for _ in 0..ticks {
+        drive.tick(straight(sign * 0.5), &[thing]);
+        driven.push((sign * drive.twist.v, drive.pose.x, thing.room(drive.pose, drive.model.radius())));
+    }
+    driven
+}
+
+#[test]
+fn backwards_it_stops_before_the_same_things_as_forwards() {
+    let wall = Thing::Wall(2.0);
+    let body = Thing::Body { at: Point2::new(1.6, 0.2), radius: 0.25 };
+    for thing in [wall, body] {
+        for latency in 0..=2 {
+            let ahead = along_x(1.0, latency, thing, 150);
+            let back = along_x(-1.0, latency, thing, 150);
+            for ((v, x, _), (v_back, x_back, room)) in ahead.iter().zip(&back) {
+                assert!((v - v_back).abs() < 1e-6 && (x - x_back).abs() < 1e-6, "{thing:?}, {latency}");
+                assert!(*room > 0.0, "{thing:?}, {latency}: {room} m of room");
+            }
+            let (v, x, _) = back[149];
+            assert!(v < 1e-6 && x > 0.5, "{thing:?}, {latency}: {v} m/s at {x} m");
+        }
+    }
+}
+
+#[test]
+fn backwards_is_safe_where_nothing_stands_behind() {
+    let mut drive = Loop::new(RobotModel { v_reverse: 0.3, ..RobotModel::default() }, 0);
+    drive.laser = PI;
+    for _ in 0..20 {
+        assert_eq!(drive.tick(straight(-0.3), &[]), Verdict::Safe);
+    }
+    assert!((drive.twist.v + 0.3).abs() < 1e-12);
+    // It still rolls when something stands there at once.
+    let near = Thing::Body { at: Point2::new(drive.pose.x - 0.6, 0.0), radius: 0.25 };
+    assert!(matches!(drive.tick(straight(-0.3), &[near]), Verdict::Brakes(_)));
+    assert!(drive.twist.v > -0.3);
 }
