@@ -64,6 +64,7 @@ pub fn answer(
     let started = elapsed();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let laser = convert::laser(&request.laser);
+    let robot = robot.seeing_with(&laser);
     let looks = params.looks_for_landmarks();
     let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
     let Some(kind) = generation::find(&request.generator) else {

@@ -1,6 +1,7 @@
 //! The program as a user runs it: `curionav` in its own process, judged by what it prints.
 
 mod admission;
+mod backing;
 mod bad_input;
 mod bench;
 mod closed_output;

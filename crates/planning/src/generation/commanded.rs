@@ -54,7 +54,7 @@ impl<'a> Commanded<'a> {
 }
 
 /// Appends the states of [`Commanded::add`].
-fn drive(
+pub(super) fn drive(
     input: &GenerationInput<'_>,
     states: &mut States,
     mut command: impl FnMut(f64, Pose2, Twist) -> Twist,
@@ -68,7 +68,7 @@ fn drive(
     let mut brakes = false;
     for k in 0..all {
         // After one more command there is one step less to brake in, and maybe more speed to lose.
-        let needed = (twist.v / robot.a_max).max(twist.omega.abs() / robot.alpha_max) + 2.0 * h;
+        let needed = (twist.v.abs() / robot.a_max).max(twist.omega.abs() / robot.alpha_max) + 2.0 * h;
         brakes |= needed > (all - k) as f64 * h + 1e-9;
         let wanted = if brakes { Twist::default() } else { command(k as f64 * h, pose, twist) };
         twist = robot.limit(twist, wanted, h);

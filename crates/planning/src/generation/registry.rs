@@ -20,7 +20,8 @@ pub struct GeneratorKind {
 
 impl GeneratorKind {
     /// What it generates, or ways out for a robot that does not get away; also says whether that was cut short. `spent`
-    /// gives the share of the time for it that is over. The robot is as slow as the speed zones around it ask.
+    /// gives the share of the time for it that is over. The robot is as slow as the speed zones around it ask. Only a
+    /// way out leads backwards.
     pub fn generate(
         &self,
         input: &GenerationInput<'_>,
@@ -28,12 +29,13 @@ impl GeneratorKind {
         spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
         let share = input.allowed_share();
-        let robot = input.robot.slowed(share);
+        let allowed = input.robot.slowed(share);
+        let robot = allowed.forwards();
         // What is slow is so in comparison with what is allowed.
         let params = GeneratorPart { min_speed: share * input.params.min_speed, ..input.params.clone() };
         let input = &GenerationInput { robot: &robot, params: &params, ..*input };
         let pace = Pace::new(spent);
-        let generated = match recovery::ways_out(input, &pace) {
+        let generated = match recovery::ways_out(input, allowed.v_reverse, &pace) {
             Some(candidates) => Generated { candidates, tree: tree.unwrap_or_default() },
             None => (self.grow)(input, tree, &pace),
         };

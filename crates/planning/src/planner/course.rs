@@ -43,7 +43,7 @@ pub struct Course {
     pub obstacles: Obstacles,
     /// Distance to go.
     pub geodesic: Arc<GeodesicField>,
-    /// What can be driven.
+    /// What can be driven: backwards only if the laser looks there.
     pub robot: RobotModel,
     /// Where to go, map frame.
     pub goal: Point2,
@@ -99,7 +99,7 @@ impl Course {
             geodesic: fields.geodesic(task.goal, task.robot.radius()).map_err(CourseError::Field)?,
             information: information.transpose().map_err(CourseError::Field)?,
             profile,
-            robot: task.robot.clone(),
+            robot: task.robot.seeing_with(&task.laser),
             goal: task.goal,
             seed,
             task,

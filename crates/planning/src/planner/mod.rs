@@ -243,4 +243,6 @@ impl Planner {
 }
 
 #[cfg(test)]
+mod backing_tests;
+#[cfg(test)]
 mod tests;

@@ -1,4 +1,5 @@
 //! Claims about whole planning cycles, and the worlds they are made in.
+mod backing;
 mod bi_risk_rrt;
 mod commanded;
 mod drive;
