@@ -89,6 +89,30 @@ fn a_person_who_stands_beside_a_wall_is_found() {
 }
 
 #[test]
+fn a_person_who_stands_for_a_minute_stays_a_person() {
+    for shape in ["disc", "legs"] {
+        let mut seen = 0;
+        let mut known = 0;
+        // In the open, beside a wall, and beside a pillar.
+        for [x, y] in [[11.0, 8.5], [10.0, 11.4], [9.9, 6.4]] {
+            let one = format!("[[walkers]]\nroute = [[{x}, {y}]]\nmode = \"stand\"\n");
+            let mut bench =
+                Bench::new(&scenario(shape, &one), hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+            for tick in 0..600 {
+                let (sensed, people) = bench.tick();
+                let place = Point2::new(x, y);
+                if tick >= 10 && !sensed.people.is_empty() {
+                    seen += 1;
+                    known += usize::from(people.iter().any(|person| person.position.distance(place) < 0.3));
+                }
+            }
+        }
+        println!("{shape}: a person in {known} of {seen} scans");
+        assert!(seen > 900 && known * 100 >= seen * 95, "{shape}: {known} of {seen}");
+    }
+}
+
+#[test]
 fn a_person_who_touches_a_wall_is_found_on_every_side_of_it() {
     // 0.05 m from a pillar with corners at (10.5, 6.3) and (10.8, 6.6): before it, and beside it on either side.
     for [x, y] in [[10.2, 6.45], [10.65, 6.0], [10.65, 6.9]] {

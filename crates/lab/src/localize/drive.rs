@@ -26,6 +26,27 @@ pub(super) struct Filter {
     pub(super) seed: u64,
 }
 
+/// A log, and what drives it.
+pub(super) struct Drive {
+    pub(super) log_name: String,
+    pub(super) map_name: Option<String>,
+    /// Where the picture of the tracks goes.
+    pub(super) picture: String,
+    pub(super) log: Log,
+    pub(super) references_are: String,
+    pub(super) map: StaticMap,
+    pub(super) start: Start,
+    pub(super) params: LocalizerParams,
+    pub(super) noise: OdometryNoise,
+}
+
+impl Drive {
+    pub(super) fn track(&self, seed: u64, progress: impl FnMut(usize)) -> anyhow::Result<Track> {
+        let filter = Filter { params: self.params.clone(), noise: self.noise, seed };
+        Track::of(&self.log, &self.map, self.start, filter, progress)
+    }
+}
+
 /// What the filter said at each reading.
 pub(super) struct Track {
     pub(super) poses: Vec<Pose2>,

@@ -22,7 +22,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::robot_log::arguments::{LogFiles, pose, range_max, within};
 use crate::robot_log::carmen::Scanner;
 use crate::robot_log::{Log, Recorded, recorded};
-use drive::{Filter, Start, Track, by_odometry};
+use drive::{Drive, Start, Track, by_odometry};
 use summary::Summary;
 
 /// What every MCAP file begins with.
@@ -120,7 +120,7 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
             let picture = picture(&drive.map, &drive.log, &track, &alone);
             files::write(&options.out, picture).map_err(Exit::failed)?;
         }
-        summaries.push(Summary::of(options, &drive, seed, &track, &alone));
+        summaries.push(Summary::of(&drive, seed, &track, &alone));
     }
     bar.finish_and_clear();
     let said = match (summaries.as_slice(), options.json) {
@@ -131,23 +131,6 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
     };
     print(said)?;
     Ok(if summaries.iter().any(Summary::is_lost) { FAILED } else { SUCCESS })
-}
-
-/// A log, and what drives it.
-struct Drive {
-    log: Log,
-    references_are: String,
-    map: StaticMap,
-    start: Start,
-    params: LocalizerParams,
-    noise: OdometryNoise,
-}
-
-impl Drive {
-    fn track(&self, seed: u64, progress: impl FnMut(usize)) -> anyhow::Result<Track> {
-        let filter = Filter { params: self.params.clone(), noise: self.noise, seed };
-        Track::of(&self.log, &self.map, self.start, filter, progress)
-    }
 }
 
 fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
@@ -196,7 +179,17 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
             anyhow::bail!("{}: {problem}", options.path.display());
         }
     };
-    Ok(Drive { log, references_are, map, start, params, noise })
+    Ok(Drive {
+        log_name: options.path.display().to_string(),
+        map_name: options.map.as_ref().map(|map| map.display().to_string()),
+        picture: options.out.display().to_string(),
+        log,
+        references_are,
+        map,
+        start,
+        params,
+        noise,
+    })
 }
 
 fn picture(map: &StaticMap, log: &Log, track: &Track, alone: &[Pose2]) -> String {

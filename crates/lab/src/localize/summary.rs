@@ -5,8 +5,7 @@ use curionav_planning::geometry::Pose2;
 use nalgebra::Matrix3;
 use serde::Serialize;
 
-use super::drive::{Consistency, Errors, Track};
-use super::{Drive, Options};
+use super::drive::{Consistency, Drive, Errors, Track};
 use crate::robot_log::Faults;
 
 /// Farther off than this the robot is elsewhere, metres.
@@ -35,6 +34,8 @@ pub(super) struct Summary {
     localizer: Option<Errors>,
     odometry_alone: Option<Errors>,
     consistency: Option<Consistency>,
+    /// The last pose: metres and radians.
+    ends_at: [f64; 3],
     updates: usize,
     updates_per_second: f64,
     seconds_per_second: f64,
@@ -42,7 +43,7 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    pub(super) fn of(options: &Options, drive: &Drive, seed: u64, track: &Track, alone: &[Pose2]) -> Self {
+    pub(super) fn of(drive: &Drive, seed: u64, track: &Track, alone: &[Pose2]) -> Self {
         let log = &drive.log;
         let first = track.converged.iter().position(|is| *is);
         let from = first.unwrap_or(0);
@@ -53,8 +54,8 @@ impl Summary {
             .collect();
         Self {
             seed,
-            log: options.path.display().to_string(),
-            map: options.map.as_ref().map(|map| map.display().to_string()),
+            log: drive.log_name.clone(),
+            map: drive.map_name.clone(),
             scans: log.readings.len(),
             duration_s: log.duration(),
             length_m: log.length(),
@@ -67,10 +68,11 @@ impl Summary {
             localizer: Errors::of(&estimates),
             odometry_alone: Errors::of(&referred(drive, alone, from)),
             consistency: Consistency::of(&estimates, &covariances),
+            ends_at: track.poses.last().map_or([0.0; 3], |pose| [pose.x, pose.y, pose.heading]),
             updates: track.updates,
             updates_per_second: track.updates as f64 / track.wall_s.max(1e-9),
             seconds_per_second: log.duration() / track.wall_s.max(1e-9),
-            picture: options.out.display().to_string(),
+            picture: drive.picture.clone(),
         }
     }
 
@@ -111,7 +113,8 @@ impl Summary {
             "{} filter updates, {:.0} per second; {:.0} times as fast as it was driven",
             self.updates, self.updates_per_second, self.seconds_per_second
         ));
-        lines.push(format!("the tracks are in {}", self.picture));
+        let [x, y, heading] = self.ends_at;
+        lines.push(format!("ends at {x:.2},{y:.2},{heading:.2}; the tracks are in {}", self.picture));
         lines.join("\n")
     }
 }

@@ -4,7 +4,7 @@ use curionav_crowdsim::{Scenario, World};
 use curionav_planning::geometry::Twist;
 use curionav_planning::random::{rng, uniform};
 
-use super::drive::{Consistency, Errors};
+use super::drive::{Consistency, Errors, Filter};
 use super::*;
 use crate::robot_log::{Faults, carmen};
 

@@ -56,6 +56,64 @@ def _github(
 
 DATASETS = (
     Dataset(
+        name="lidar_radish",
+        what="twelve drives of real robots with a planar laser, raw odometry and the poses of GMapping (gzipped)",
+        licence="made public in Radish, The Robotics Data Set Repository, without further terms; GPL-3.0 for the"
+        " repository",
+        source="github.com/acschaefer/ple",
+        files=(
+            *_github(
+                "acschaefer/ple",
+                "cfcb5a7f12a793b616357381a688cfcc26eed347",
+                "data/carmen/",
+                (
+                    "acapulco-corrected.log.gz",
+                    435_137,
+                    "fbd19a018534dee751606a9520fd6be25c86f3d7f1f7d849b1834d047b330116",
+                ),
+                ("aces-corrected.log.gz", 202_430, "5434d44384166250608a64d3a8c32de84512f82c46cb60a2657f138592024569"),
+                (
+                    "belgioioso-corrected.log.gz",
+                    224_730,
+                    "a130e3e6d9e5ec5e6a7f94cbb5cb6bca2df2626c7ed6bebb7b7a282253b10f6e",
+                ),
+                ("csail-corrected.log.gz", 215_275, "a98de24fc319651f231f9a8625b78bf1972312b86f7b00d2ddc979c4ac92ae2d"),
+                (
+                    "edmonton-corrected.log.gz",
+                    194_337,
+                    "96599a91e0cc9cb2570dbb92f92bbdf1e3a405b16aa99f6d3ce1a703011befdb",
+                ),
+                ("fhw-corrected.log.gz", 248_123, "4233abbfbc15baaddc730aceb3482dc660b25c9d5757005fff97a3fe083595b8"),
+                (
+                    "freiburg-079-corrected.log.gz",
+                    2_043_193,
+                    "0631d30baf4b9d1d209af47da9096e876e1b4cb3d5a2d68ef9c39c5a2360a466",
+                ),
+                (
+                    "freiburg-101-corrected.log.gz",
+                    223_460,
+                    "7792de88bcb050f8edba92914aea75e8ec2fb73b483c01903bd2753aa655e982",
+                ),
+                (
+                    "freiburg-campus-corrected.log.gz",
+                    1_318_057,
+                    "534fae978c3a28fd9994c9b3327a36a2752df8339e232b9b70f96f67f76341b0",
+                ),
+                (
+                    "infinite-corridor-corrected.log.gz",
+                    600_141,
+                    "6a63c51eb97aa4e720fe207e91f926c283f77b4c534903983f9c5a6cbed6ebc4",
+                ),
+                ("intel-corrected.log.gz", 448_366, "71bef16e9926506cf7417995ef35ace09dbd5de067fd042a3aab85188b5480dc"),
+                (
+                    "seattle-corrected.log.gz",
+                    396_241,
+                    "5719198036b788d78a877ca04efdbfb07c2518508310f51d49c198bf1956bb4b",
+                ),
+            ),
+        ),
+    ),
+    Dataset(
         name="maps_nav2_turtlebot",
         what="maps of simulated places (depot, warehouse, sandbox), and small maps of unit tests",
         licence="Apache-2.0 (nav2_bringup, TurtleBot3); BSD-3-Clause and Apache-2.0 (nav2_costmap_2d, nav2_map_server)",
