@@ -267,7 +267,10 @@ mod tests {
         let robot = RobotModel { v_reverse: 0.3, ..RobotModel::default() };
         let (mut odometry, mut belief, mut scan, mut decision) = moving();
         (odometry.v, belief.v, belief.omega) = (-0.2, -0.2, 0.0);
-        (scan.laser.heading, scan.angle_min) = (0.0, -std::f64::consts::FRAC_PI_2);
+        // Half a turn, a degree between beams.
+        scan.angle_min = -std::f64::consts::FRAC_PI_2;
+        scan.angle_increment = 1.0_f64.to_radians();
+        scan.ranges = vec![scan.range_max as f32; 181].into();
         let (sin, cos) = curionav_planning::numerics::sin_cos(belief.heading);
         for k in 0..13 {
             let way = 0.06 * (k + 1) as f64;
