@@ -109,8 +109,10 @@ impl Pyramid {
                 free[above] = free[above - width - 1] + along;
             }
         }
-        let is_fine = |level: &usize| grid.resolution() * f64::from(2 << level) <= FINEST_M + 1e-9;
-        let finest = (0..levels.len() - 1).take_while(is_fine).count();
+        let mut finest = 0;
+        while finest + 1 < levels.len() && grid.resolution() * f64::from(2 << finest) <= FINEST_M + 1e-9 {
+            finest += 1;
+        }
         Self { width: width as i32, height: height as i32, levels, free, finest }
     }
 
@@ -121,14 +123,15 @@ impl Pyramid {
             return None;
         }
         let scores = &self.levels[level];
-        let score = |&(dx, dy): &(i32, i32)| {
-            let x = column + dx;
-            let y = row + dy;
-            // A square that reaches over the edge holds no more than the one at the edge.
-            let is_on_map = x > -side && y > -side && x < self.width && y < self.height;
-            if is_on_map { u32::from(scores[(y.max(0) * self.width + x.max(0)) as usize]) } else { 0 }
-        };
-        Some(ends.iter().map(score).sum())
+        Some(ends.iter().map(|(dx, dy)| self.best_in(scores, column + dx, row + dy, side)).sum())
+    }
+
+    /// The best score in the square whose lower left cell is this one.
+    #[inline]
+    fn best_in(&self, scores: &[u8], x: i32, y: i32, side: i32) -> u32 {
+        // A square that reaches over the edge holds no more than the one at the edge.
+        let is_on_map = x > -side && y > -side && x < self.width && y < self.height;
+        if is_on_map { u32::from(scores[(y.max(0) * self.width + x.max(0)) as usize]) } else { 0 }
     }
 
     fn has_free(&self, column: i32, row: i32, side: i32) -> bool {
@@ -136,8 +139,12 @@ impl Pyramid {
         let bottom = row.clamp(0, self.height);
         let right = (column + side).clamp(0, self.width);
         let top = (row + side).clamp(0, self.height);
-        let until = |column: i32, row: i32| i64::from(self.free[(row * (self.width + 1) + column) as usize]);
-        until(right, top) - until(left, top) - until(right, bottom) + until(left, bottom) > 0
+        let above = self.free_until(right, top) - self.free_until(left, top);
+        above > self.free_until(right, bottom) - self.free_until(left, bottom)
+    }
+
+    fn free_until(&self, column: i32, row: i32) -> u32 {
+        self.free[(row * (self.width + 1) + column) as usize]
     }
 }
 
@@ -251,13 +258,15 @@ fn is_within(found: Pose2, pose: Pose2, reach: f64) -> bool {
 
 /// Where points of the robot's frame are in cells from the robot, for a robot that faces this way on the grid.
 fn cells_of(ends: &[Point2], heading: f64, resolution: f64) -> Vec<(i32, i32)> {
-    let Direction { cos, sin } = Direction::of(heading);
-    let cell = |end: &Point2| {
-        let x = (cos * end.x - sin * end.y) / resolution;
-        let y = (sin * end.x + cos * end.y) / resolution;
-        (x.round() as i32, y.round() as i32)
-    };
-    ends.iter().map(cell).collect()
+    let facing = Direction::of(heading);
+    ends.iter().map(|end| cell_of(*end, facing, resolution)).collect()
+}
+
+fn cell_of(end: Point2, facing: Direction, resolution: f64) -> (i32, i32) {
+    let Direction { cos, sin } = facing;
+    let x = (cos * end.x - sin * end.y) / resolution;
+    let y = (sin * end.x + cos * end.y) / resolution;
+    (x.round() as i32, y.round() as i32)
 }
 
 /// The columns and rows of blocks in a region.
@@ -271,11 +280,14 @@ fn blocks(
     let Region::Around { pose, metres, .. } = region else { return (0..=last.0, 0..=last.1) };
     let (column, row) = grid.grid_from_map(pose.position());
     let reach = metres / grid.resolution();
-    let block = |cells: f64, last: i32| ((cells / f64::from(side)).floor() as i32).clamp(0, last);
     (
-        block(column - reach, last.0)..=block(column + reach, last.0),
-        block(row - reach, last.1)..=block(row + reach, last.1),
+        block_of(column - reach, side, last.0)..=block_of(column + reach, side, last.0),
+        block_of(row - reach, side, last.1)..=block_of(row + reach, side, last.1),
     )
+}
+
+fn block_of(cells: f64, side: i32, last: i32) -> i32 {
+    ((cells / f64::from(side)).floor() as i32).clamp(0, last)
 }
 
 /// Whether a robot that faces this way on the grid is in the region.

@@ -5,17 +5,17 @@
 //! scans badly, they took over tracks that were right. Here a place takes over when it has explained the scans along a
 //! stretch of way better than the estimate has (multi-hypothesis localisation, Jensfelt and Kristensen, 2001).
 
-use curionav_planning::geometry::Pose2;
+use curionav_planning::geometry::{Pose2, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::numerics::exp;
-use curionav_planning::random::{Rng, standard_normal, uniform};
+use curionav_planning::random::{Rng, uniform};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::clusters::moments;
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles};
-use crate::resampling::systematic;
+use crate::resampling::roughened;
 use crate::scan::{Scan, Selection};
 use crate::weighting::{log_likelihood, weigh};
 
@@ -44,6 +44,11 @@ const REMEMBERED_M: f64 = 20.0;
 const GIVEN_UP: f64 = -8.0;
 /// Above them it takes over.
 const TAKES_OVER: f64 = 6.0;
+
+/// Poses nearer than this are one place, metres and radians.
+const SAME_M: f64 = 0.4;
+/// See [`SAME_M`].
+const SAME_RAD: f64 = 0.25;
 
 /// One place where the robot may be.
 #[derive(Debug, Clone)]
@@ -114,6 +119,11 @@ impl Hypothesis {
         Self { particles, pose, covariance, odds, scans: 0, metres: 0.0 }
     }
 
+    /// The estimate as one place among others.
+    pub(crate) fn of_estimate(particles: Particles, pose: Pose2, covariance: Matrix3<f64>) -> Self {
+        Self { particles, pose, covariance, odds: 0.0, scans: 0, metres: 0.0 }
+    }
+
     fn weigh(&mut self, observation: &Observation<'_>) {
         let Observation { field, seen, exponent, params, .. } = *observation;
         weigh(&mut self.particles, field, seen, exponent, false, params);
@@ -126,13 +136,7 @@ impl Hypothesis {
             return;
         }
         let start = uniform(random);
-        let old = std::mem::take(&mut self.particles);
-        systematic(&old.weight, n, start, |i| {
-            let x = old.x[i] + params.roughening_position * standard_normal(random);
-            let y = old.y[i] + params.roughening_position * standard_normal(random);
-            let heading = old.heading[i] + params.roughening_heading * standard_normal(random);
-            self.particles.push(Pose2::new(x, y, heading), 1.0 / n as f64);
-        });
+        self.particles = roughened(&self.particles, n, start, params, random);
     }
 }
 
@@ -175,6 +179,9 @@ impl Hypotheses {
         metres: f64,
         random: &mut Rng,
     ) -> Option<Hypothesis> {
+        if self.all.is_empty() {
+            return None;
+        }
         let params = observation.params;
         let judge = Judge::of(observation);
         let kept = exp(-metres / REMEMBERED_M);
@@ -229,20 +236,9 @@ impl Hypotheses {
     }
 }
 
-impl Hypothesis {
-    /// The estimate as one place among others.
-    pub(crate) fn of_estimate(particles: Particles, pose: Pose2, covariance: Matrix3<f64>) -> Self {
-        Self { particles, pose, covariance, odds: 0.0, scans: 0, metres: 0.0 }
-    }
-}
-
-/// Poses nearer than this are one place, metres and radians.
-const SAME_M: f64 = 0.4;
-/// See [`SAME_M`].
-const SAME_RAD: f64 = 0.25;
-
+/// Whether two poses are one place.
 pub(crate) fn is_near(a: Pose2, b: Pose2) -> bool {
-    let turned = curionav_planning::geometry::wrap_angle(a.heading - b.heading).abs();
+    let turned = wrap_angle(a.heading - b.heading).abs();
     a.position().distance(b.position()) <= SAME_M && turned <= SAME_RAD
 }
 

@@ -2,11 +2,11 @@
 
 use nalgebra::Matrix3;
 
-use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
-use curionav_planning::random::{Rng, rng, standard_normal, uniform};
+use curionav_planning::random::{Rng, rng, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
@@ -19,7 +19,7 @@ use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles};
 use crate::recovery::{FreeSpace, Recovery};
 use crate::relocalisation::{Found, Relocalisation, SearchPlan, Wish};
-use crate::resampling::{needed, systematic, thinned};
+use crate::resampling::{needed, roughened, thinned};
 use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
 use crate::surfaces::Surfaces;
@@ -410,7 +410,8 @@ impl Localizer {
             && self.unconfirmed == 0.0;
     }
 
-    /// Draws a new set when the weights have become uneven or the belief needs more or far fewer particles. Without a scan only growing makes sense: nothing was learnt.
+    /// Draws a new set when the weights have become uneven or the belief needs more or far fewer particles. Without a
+    /// scan only growing makes sense: nothing was learnt.
     fn resample(&mut self, observed: bool, random: &mut Rng) {
         let n = self.particles.len();
         let start = uniform(random);
@@ -421,20 +422,7 @@ impl Localizer {
             return;
         }
         self.updates_since_resampling = 0;
-        let position = self.params.roughening_position;
-        let heading = self.params.roughening_heading;
-        let weight = 1.0 / wanted as f64;
-        let old = &self.particles;
-        let mut new = Particles::default();
-        systematic(&old.weight, wanted, start, |i| {
-            let pose = Pose2::new(
-                old.x[i] + position * standard_normal(random),
-                old.y[i] + position * standard_normal(random),
-                wrap_angle(old.heading[i] + heading * standard_normal(random)),
-            );
-            new.push(pose, weight);
-        });
-        self.particles = new;
+        self.particles = roughened(&self.particles, wanted, start, &self.params, random);
         self.health.particles = self.particles.len();
     }
 

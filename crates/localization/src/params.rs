@@ -99,8 +99,8 @@ curionav_planning::parameters! {
         pub recovery_alpha_slow: f64 [in Range::SHARE] = 0.001,
         /// Decay rate per update of the short-term mean.
         pub recovery_alpha_fast: f64 [in Range::SHARE] = 0.1,
-        /// The estimate is in doubt while the short-term mean times this is below the long-term one: with 1.1, while the
-        /// short-term fit is below 91 % of the long-term one.
+        /// The estimate is in doubt while the short-term mean times this is below the long-term one: with 1.1, while
+        /// the short-term fit is below 91 % of the long-term one.
         pub recovery_gain: f64 [0.0, 100.0, "", "beyond, nothing raises a doubt"] = 1.1,
         /// Scans of which less than this share of the beams tells people from walls neither raise nor settle a
         /// doubt.

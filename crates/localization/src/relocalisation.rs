@@ -86,9 +86,9 @@ impl SearchPlan {
         self.seconds += seconds;
     }
 
-    /// What to search for now, if anything, where the estimate has been in doubt for so many metres, if it has: in turns
-    /// around it, because odometry goes on being right while an estimate goes wrong, and everywhere, because a person may
-    /// have carried the robot.
+    /// What to search for now, if anything. Where the estimate has been in doubt for so many metres, it is in turns
+    /// around it and everywhere: odometry goes on being right while an estimate goes wrong, and a person may have
+    /// carried the robot.
     pub(crate) fn next(
         &mut self,
         doubted_metres: Option<f64>,

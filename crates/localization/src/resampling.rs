@@ -1,6 +1,7 @@
 //! Low-variance resampling to the number of particles the belief needs, by KLD-sampling (Fox, 2003).
 
 use curionav_planning::geometry::Pose2;
+use curionav_planning::random::{Rng, standard_normal};
 
 use crate::histogram::Histogram;
 use crate::params::LocalizerParams;
@@ -21,6 +22,29 @@ pub(crate) fn systematic(weights: &[f64], n: usize, start: f64, mut draw: impl F
         }
         draw(index);
     }
+}
+
+/// `n` particles, drawn by the weights of these from `start` on, each moved a little (roughening, Gordon and others,
+/// 1993).
+pub(crate) fn roughened(
+    particles: &Particles,
+    n: usize,
+    start: f64,
+    params: &LocalizerParams,
+    random: &mut Rng,
+) -> Particles {
+    let position = params.roughening_position;
+    let heading = params.roughening_heading;
+    let mut drawn = Particles::default();
+    systematic(&particles.weight, n, start, |i| {
+        let pose = Pose2::new(
+            particles.x[i] + position * standard_normal(random),
+            particles.y[i] + position * standard_normal(random),
+            particles.heading[i] + heading * standard_normal(random),
+        );
+        drawn.push(pose, 1.0 / n as f64);
+    });
+    drawn
 }
 
 /// `n` particles, drawn by the weights of these.

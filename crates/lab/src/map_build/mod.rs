@@ -104,6 +104,7 @@ mod tests {
 
     use super::*;
     use curionav_deployment::files::MapFiles;
+    use curionav_planning::geometry::Point2;
 
     /// A robot in the middle of a room of 4 m x 4 m sees its walls all around, over and over.
     fn room(folder: &Path) -> PathBuf {
@@ -143,13 +144,12 @@ mod tests {
             let along = 0.1 * f64::from(k);
             for (x, y) in [(along, 2.0), (along, -2.0), (2.0, along), (-2.0, along)] {
                 let near = [-0.1, 0.0, 0.1].iter().flat_map(|dx| [-0.1, 0.0, 0.1].map(|dy| (dx, dy)));
-                let is_wall = near.into_iter().any(|(dx, dy)| {
-                    grid.at(curionav_planning::geometry::Point2::new(10.0 + x + dx, 5.0 + y + dy))
-                        == Cell::Occupied
-                });
+                let is_wall = near
+                    .into_iter()
+                    .any(|(dx, dy)| grid.at(Point2::new(10.0 + x + dx, 5.0 + y + dy)) == Cell::Occupied);
                 assert!(is_wall, "{x} {y}");
             }
-            let inside = curionav_planning::geometry::Point2::new(10.0 + along * 0.9, 5.0 - along * 0.8);
+            let inside = Point2::new(10.0 + along * 0.9, 5.0 - along * 0.8);
             assert_eq!(grid.at(inside), Cell::Free, "{inside:?}");
         }
     }

@@ -44,6 +44,8 @@ struct ScanLine {
     /// The robot's or, if `odometry` is there, perhaps a corrected one.
     pose: Pose2,
     odometry: Option<Pose2>,
+    /// The odometry line that follows the scan before and comes last before this one.
+    driven_to: Option<Pose2>,
 }
 
 /// What a log says, in the order of its lines.
@@ -51,8 +53,6 @@ struct ScanLine {
 struct Lines {
     odometry: Vec<TimedPose>,
     scans: Vec<ScanLine>,
-    /// Of each scan, the odometry line that follows the scan before it and comes last before it.
-    driven_to: Vec<Option<Pose2>>,
     is_of_gmapping: bool,
 }
 
@@ -80,8 +80,8 @@ pub(crate) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
                     scan.laser.robot_from_laser.x = offset;
                 }
                 scan.stamp = clock.time(scan.stamp);
+                scan.driven_to = driven_to.take();
                 lines.scans.push(scan);
-                lines.driven_to.push(driven_to.take());
             }
             Ok(Line::Offset(ahead)) => offset = ahead,
             Ok(Line::EffectiveSize) => lines.is_of_gmapping = true,
@@ -138,8 +138,8 @@ impl Lines {
         let mut last: Option<Pose2> = None;
         let mut odometry = Pose2::default();
         let mut readings = Vec::with_capacity(self.scans.len());
-        for (number, (mut scan, driven_to)) in self.scans.into_iter().zip(self.driven_to).enumerate() {
-            odometry = match last.zip(driven_to) {
+        for (number, mut scan) in self.scans.into_iter().enumerate() {
+            odometry = match last.zip(scan.driven_to) {
                 Some((last, driven_to)) => odometry.compose(last.relative(driven_to)),
                 None => odometry,
             };
@@ -229,7 +229,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             let gaps = ranges.len() - ranges.len() % 2;
             let step = std::f64::consts::PI / if gaps == 0 { 1.0 } else { gaps as f64 };
             let laser = laser(ranges.len(), -std::f64::consts::FRAC_PI_2, step, Pose2::default(), scanner)?;
-            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: Some(odometry) }))
+            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: Some(odometry), driven_to: None }))
         }
         Some("ROBOTLASER1") => {
             words.number("the type")?;
@@ -253,7 +253,7 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             let stamp = words.number("the time")?;
             let scanner = Scanner { range_max: scanner.range_max.min(most.max(0.1)), ..scanner };
             let laser = laser(ranges.len(), start, step, pose.relative(on_map), scanner)?;
-            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: None }))
+            Ok(Line::Scan(ScanLine { stamp, ranges, laser, pose, odometry: None, driven_to: None }))
         }
         Some("PARAM") => match words.0.next() {
             Some("robot_frontlaser_offset" | "robot_front_laser_offset") => {

@@ -154,9 +154,12 @@ fn typical_interval(readings: &[Reading]) -> f64 {
 /// Whether odometry that has `moved` so within `seconds`, to `raw`, has begun anew. Stamps of some logs stand closer
 /// together than the scans were taken, so a quick turn alone is no sign of it.
 fn is_restart(moved: Pose2, raw: Pose2, seconds: f64, interval: f64) -> bool {
-    let stays_within = |seconds: f64| is_near(moved, Pose2::default(), SLACK + FASTEST * seconds);
     let at_nought = is_near(raw, Pose2::default(), NOUGHT);
-    !stays_within(seconds.max(interval)) || (at_nought && !stays_within(seconds))
+    !can_be_driven(moved, seconds.max(interval)) || (at_nought && !can_be_driven(moved, seconds))
+}
+
+fn can_be_driven(moved: Pose2, seconds: f64) -> bool {
+    is_near(moved, Pose2::default(), SLACK + FASTEST * seconds)
 }
 
 /// Whether two poses are the same but for `apart` metres, and radians.
