@@ -124,7 +124,7 @@ def belief(tick: int) -> Belief:
         covariance=np.array([[variance, 0.2 * variance, 0.0], [0.2 * variance, 0.3 * variance, 0.0], [0.0, 0.0, 0.01]]),
         v=1.0,
         omega=0.0,
-        health=Health(outside_weight=0.0, scan_fit=1.0, particles=300, converged=True),
+        health=Health(outside_weight=0.0, scan_fit=1.0, particles=300, confidence="sure"),
     )
 
 

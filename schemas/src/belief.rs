@@ -4,25 +4,39 @@ use crate::array::{F32Array, F64Array};
 use crate::check::{array, checks, covariance, each, fraction, length, non_negative, number, part};
 use crate::limits::MAX_PARTICLES;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
+
+/// Whether a robot may act on the belief.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Confidence {
+    /// The scans fit the map, and hardly any weight lies elsewhere.
+    Sure,
+    /// The robot may be elsewhere, or the map explains little of what the laser sees: it drives slowly.
+    Doubtful,
+    /// The robot is more likely elsewhere than where the belief is: it follows no plan.
+    Lost,
+}
 
 /// How far the belief can be trusted beyond its covariance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Health {
-    /// Share of particle weight outside the heaviest cluster, 0..1.
+    /// The probability that the robot is not in the heaviest cluster, 0..1.
     pub outside_weight: f64,
     /// How well the scan fits the map at the mean, 0..1.
     pub scan_fit: f64,
     /// Particles in use.
     pub particles: u32,
-    /// Whether the particles form one cluster.
-    pub converged: bool,
+    /// Whether a robot may act on it.
+    pub confidence: Confidence,
 }
 
 checks! { health: Health {
     outside_weight, scan_fit: fraction;
 }}
 
-/// Mean and covariance of the heaviest cluster, map frame, with the velocity odometry reports.
+/// Mean of the heaviest cluster and the covariance about it, map frame, with the velocity odometry reports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
     /// Tick of the streams this belongs to.
@@ -35,7 +49,8 @@ pub struct Belief {
     pub y: f64,
     /// Map frame, rad.
     pub heading: f64,
-    /// Covariance of (x, y, heading), row-major 3x3; m^2, m rad, rad^2.
+    /// Covariance of (x, y, heading), row-major 3x3; m^2, m rad, rad^2. It is that of all places where the robot may be
+    /// while more than 5 % of the weight lies outside the heaviest cluster.
     pub covariance: F64Array,
     /// Forward speed, m/s.
     pub v: f64,

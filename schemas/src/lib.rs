@@ -43,7 +43,7 @@ pub mod words;
 mod world;
 
 pub use array::{F32Array, F64Array, I8Array, TypedSlice, U8Array, U32Array};
-pub use belief::{Belief, Health, Particles};
+pub use belief::{Belief, Confidence, Health, Particles};
 pub use candidates::{CandidateSet, CandidateShard, CandidateShardSlices};
 pub use ciborium::Value;
 pub use decision::{Action, Decision, Evaluated, Twist};

@@ -95,6 +95,10 @@ pub enum Reason {
     NoWayToGoal,
     /// The robot has waited for 30 s for people who stand at its goal.
     GoalOccupied,
+    /// The robot does not know where it is, so it looks around and drives along walls.
+    Localises,
+    /// The robot has not known for 30 s where it is.
+    PlaceUnknown,
 }
 
 impl Reason {
@@ -159,6 +163,8 @@ pub enum CommandReason {
     /// It follows the decision more slowly: it could not brake in time for what the laser sees, or something moves
     /// close by.
     Slowed,
+    /// It follows the decision more slowly: the belief is doubtful.
+    InDoubt,
     /// It follows the decision as far as what the laser sees close by allows: it brakes, or stands.
     TooClose,
     /// It follows the decision as fast as lets it stop within what the laser has seen in the last second: it brakes.
@@ -189,6 +195,8 @@ pub enum CommandReason {
     DecisionBeliefUnknown,
     /// It stops: no belief has come.
     NoBelief,
+    /// It stops: the robot does not know where it is, and the decision takes it for known.
+    Lost,
     /// It stops: the newest belief is too old.
     BeliefTooOld,
     /// It stops: the belief's stamp lies ahead of the robot's clock.
@@ -221,7 +229,7 @@ impl CommandReason {
 
     /// Whether a command given for this reason follows a decision.
     pub fn follows(self) -> bool {
-        matches!(self, Self::Tracking | Self::Slowed | Self::TooClose | Self::WayUnseen)
+        matches!(self, Self::Tracking | Self::Slowed | Self::InDoubt | Self::TooClose | Self::WayUnseen)
     }
 
     /// Whether it stops because the laser sees too little.
@@ -248,7 +256,7 @@ pub enum MissionEnd {
     Reached,
     /// The time limit is over.
     Timeout,
-    /// The robot believes that it is at the goal and is not.
+    /// The robot does not know where it is, or is not at the goal where it believes itself.
     Lost,
     /// Obstacles that are on no map close every way to the goal.
     NoWayToGoal,

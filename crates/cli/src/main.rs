@@ -7,6 +7,7 @@ mod connect;
 mod demo;
 mod denied;
 mod doctor;
+mod doubt;
 mod goal;
 mod lab;
 mod mission;

@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::blind::blindness;
 use crate::connect::{ConnectOptions, LOOKS, is_of, robots_of};
 use crate::denied::{denied, label, routers};
+use crate::doubt::doubt;
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
@@ -78,7 +79,7 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         for problem in problems {
             print(format_args!("{} {}: {}", status.role, status.instance, problem.sentence()))?;
         }
-        if let Some(why) = blindness(status) {
+        for why in [blindness(status), doubt(status)].into_iter().flatten() {
             print(format_args!("{} {}: {why}", status.role, status.instance))?;
         }
     }

@@ -79,6 +79,15 @@ impl Clusters {
         Some((mean, covariance))
     }
 
+    /// Mean and covariance of all particles outside of a cluster; None if there are none.
+    pub(crate) fn moments_outside(
+        &self,
+        particles: &Particles,
+        cluster: Option<u32>,
+    ) -> Option<(Pose2, Matrix3<f64>)> {
+        moments(particles, |i| self.of.get(i).copied() != cluster)
+    }
+
     pub(crate) fn weight(&self, particles: &Particles, cluster: u32) -> f64 {
         particles.weight.iter().zip(&self.of).filter(|(_, c)| **c == cluster).map(|(w, _)| w).sum()
     }

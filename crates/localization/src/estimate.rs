@@ -5,11 +5,14 @@ use nalgebra::Matrix3;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::scene::Belief;
 
+use crate::confidence::Confidence;
+
 /// How far the estimate can be trusted, beyond its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
-    /// Share of the weight outside the cluster that the estimate describes, 0 to 1: that of other clusters,
-    /// and 1 while the estimate is carried on by odometry because all others would be a jump.
+    /// The probability that the robot is not where the estimate is, 0 to 1: the weight of other clusters, of the
+    /// likeliest other place that is followed, and of all others as far as scans that do not fit tell of them.
+    /// It is 1 while the estimate is carried on by odometry because all clusters would be a jump.
     pub outside_weight: f64,
     /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
     /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
@@ -17,8 +20,10 @@ pub struct Health {
     pub scan_fit: f64,
     /// Number of particles.
     pub particles: usize,
-    /// Whether the position is known to `converged_sigma` and hardly any weight lies elsewhere.
+    /// Whether the position is known to `converged_sigma`, surely.
     pub converged: bool,
+    /// Whether a robot may act on the estimate.
+    pub confidence: Confidence,
 }
 
 /// The answer to one tick.
@@ -26,7 +31,8 @@ pub struct Health {
 pub struct Estimate {
     /// Mean of the heaviest cluster that does not need a jump to be reached, map frame.
     pub pose: Pose2,
-    /// Covariance of (x, y, heading) of the same cluster: m2, m rad, rad2.
+    /// Covariance of (x, y, heading) about the pose: m2, m rad, rad2. It is that of the same cluster, and of all places
+    /// where the robot may be while more than 5 % of the weight lies outside of the cluster.
     pub covariance: Matrix3<f64>,
     /// Speed and turn rate as odometry measured them.
     pub twist: Twist,

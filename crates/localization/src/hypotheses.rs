@@ -227,11 +227,15 @@ impl Hypotheses {
         }
     }
 
+    /// The likeliest of these places.
+    pub(crate) fn best(&self) -> Option<&Hypothesis> {
+        self.all.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))
+    }
+
     /// The probability that the robot is at the likeliest of these places, and not where the estimate is. Most others
     /// fit one scan by chance.
     pub(crate) fn share(&self) -> f64 {
-        let best = self.all.iter().map(|hypothesis| hypothesis.odds).fold(f64::NEG_INFINITY, f64::max);
-        let odds = exp(best.min(TAKES_OVER));
+        let odds = self.best().map_or(0.0, |best| exp(best.odds.min(TAKES_OVER)));
         odds / (1.0 + odds)
     }
 }

@@ -31,6 +31,7 @@
 
 mod branch_and_bound;
 mod clusters;
+mod confidence;
 mod estimate;
 mod histogram;
 mod hypotheses;
@@ -47,6 +48,7 @@ mod scan_fit;
 mod surfaces;
 mod weighting;
 
+pub use confidence::Confidence;
 pub use estimate::{Estimate, Health};
 pub use localizer::Localizer;
 pub use params::{LaserLikelihood, LocalizerParams};

@@ -12,6 +12,7 @@ use curionav_planning::sensor::LaserModel;
 
 use crate::branch_and_bound::Pyramid;
 use crate::clusters::Clusters;
+use crate::confidence::{Confidence, Part, Trust, spread_about};
 use crate::estimate::{Estimate, Health};
 use crate::hypotheses::{Hypotheses, Hypothesis, Observation, PARTICLES, is_near};
 use crate::likelihood_field::LikelihoodField;
@@ -38,8 +39,11 @@ pub struct Localizer {
     particles: Particles,
     pose: Pose2,
     covariance: Matrix3<f64>,
+    /// Where else the robot may be, as of the last filter update.
+    elsewhere: Vec<Part>,
     health: Health,
     recovery: Recovery,
+    trust: Trust,
     /// Whether there is an estimate, or the particles lie all over the map still.
     is_placed: bool,
     /// Weight of the particles outside the cluster that the estimate describes.
@@ -80,6 +84,9 @@ struct Anchor {
 /// A place that a search has found is believed after so far, metres.
 const CONFIRMED_AFTER_M: f64 = 6.0;
 
+/// Where more weight than this lies outside the estimate, the covariance that is told is that of all places.
+const MIXED_ABOVE: f64 = 0.05;
+
 /// An estimate with a greater deviation on its worst axis is not refined, metres.
 const REFINED_SIGMA: f64 = 0.1;
 
@@ -104,7 +111,8 @@ impl Localizer {
             let pose = localizer.free.draw(&localizer.map.grid, &mut random);
             localizer.particles.push(pose, 1.0 / most as f64);
         }
-        localizer.describe(None);
+        let cluster = localizer.describe(None);
+        localizer.judge_health(cluster);
         Ok(localizer)
     }
 
@@ -139,8 +147,16 @@ impl Localizer {
             particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
-            health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
+            elsewhere: Vec::new(),
+            health: Health {
+                outside_weight: 1.0,
+                scan_fit: 1.0,
+                particles: most,
+                converged: false,
+                confidence: Confidence::Lost,
+            },
             recovery: Recovery::default(),
+            trust: Trust::default(),
             is_placed: false,
             other_clusters: 1.0,
             hypotheses: Hypotheses::default(),
@@ -168,6 +184,7 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles = Particles::draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
+        self.trust = Trust::default();
         self.is_placed = true;
         self.hypotheses.clear();
         self.search = None;
@@ -178,7 +195,8 @@ impl Localizer {
         self.credit = 1.0;
         self.updates_since_resampling = 0;
         self.health.scan_fit = 1.0;
-        self.describe(None);
+        let cluster = self.describe(None);
+        self.judge_health(cluster);
         self.pose = pose;
         self.covariance = *covariance;
     }
@@ -218,7 +236,8 @@ impl Localizer {
         if observed || has_moved {
             self.refine(scan);
         }
-        Estimate { pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
+        let covariance = self.told_covariance();
+        Estimate { pose: self.pose, covariance, twist, health: self.health, observed }
     }
 
     /// Pose and weight of every particle as of the last tick. Between filter updates they go along with odometry, as
@@ -265,10 +284,11 @@ impl Localizer {
         if observed && self.is_placed {
             self.observe(motion, scan, &mut random);
         }
-        self.describe(observed.then_some(motion));
+        let cluster = self.describe(observed.then_some(motion));
         if observed && self.is_placed {
             self.check_fit(scan.laser.robot_from_laser, motion.travel, seconds);
         }
+        self.judge_health(cluster);
         if observed {
             self.consider_search(odometry, scan);
         }
@@ -360,7 +380,7 @@ impl Localizer {
 
     /// Moves an estimate that is known well to where the scan fits best. Any other may lie nearer to the wrong wall.
     fn refine(&mut self, scan: &Scan<'_>) {
-        let is_known = self.health.converged && self.position_sigma() <= REFINED_SIGMA;
+        let is_known = self.is_converged() && self.position_sigma() <= REFINED_SIGMA;
         let surfaces = self.surfaces.as_ref().filter(|_| is_known);
         if let Some(pose) = surfaces.and_then(|it| it.refined(self.pose, &self.covariance, scan)) {
             self.pose = pose;
@@ -382,14 +402,16 @@ impl Localizer {
             self.health.scan_fit = share;
             let evidence = (fit.agree + fit.through) as f64 / self.seen.looked_at as f64;
             self.recovery.observe(share, evidence, metres, seconds, &self.params);
+            self.trust.observe(share, evidence, seconds, self.recovery.usual_fit());
         }
     }
 
-    /// Sets estimate and health by the heaviest cluster of particles. `scanned` is given after a scan: the motion since
-    /// the last one. Then a cluster beyond the reach of the estimate has to be the heaviest for several scans before it
-    /// counts. Until then the heaviest one within reach counts. If there is none, the estimate only follows odometry.
-    fn describe(&mut self, scanned: Option<&Motion>) {
-        let Some(heaviest) = self.clusters.find(&self.particles, &self.params) else { return };
+    /// Sets the estimate by the heaviest cluster of particles, and returns that. `scanned` is given after a scan: the
+    /// motion since the last one. Then a cluster beyond the reach of the estimate has to be the heaviest for several
+    /// scans before it counts. Until then the heaviest one within reach counts. If there is none, the estimate only
+    /// follows odometry.
+    fn describe(&mut self, scanned: Option<&Motion>) -> Option<u32> {
+        let heaviest = self.clusters.find(&self.particles, &self.params)?;
         let estimate = (self.pose, &self.covariance);
         let chosen = match scanned {
             Some(motion) => self.clusters.choose(&self.particles, heaviest, estimate, motion, &self.params),
@@ -403,11 +425,59 @@ impl Localizer {
         }
         let inside = chosen.map_or(0.0, |c| self.clusters.weight(&self.particles, c));
         self.other_clusters = (1.0 - inside).clamp(0.0, 1.0);
-        self.health.outside_weight = (1.0 - inside * (1.0 - self.hypotheses.share())).clamp(0.0, 1.0);
+        chosen
+    }
+
+    /// Says how far the estimate, which describes this cluster, can be trusted, and where else the robot may be.
+    fn judge_health(&mut self, cluster: Option<u32>) {
+        let other_places = 1.0 - self.followed();
+        let nowhere_known = self.trust.elsewhere();
+        let followed = (1.0 - other_places) * (1.0 - nowhere_known);
+        self.health.outside_weight = (1.0 - followed).clamp(0.0, 1.0);
         self.health.particles = self.particles.len();
-        self.health.converged = self.is_narrow()
-            && self.health.outside_weight <= self.params.converged_outside
-            && self.unconfirmed == 0.0;
+        let judged = self.trust.judge(self.health.outside_weight);
+        self.health.confidence = match self.is_placed {
+            true if self.unconfirmed > 0.0 => judged.max(Confidence::Doubtful),
+            true => judged,
+            false => Confidence::Lost,
+        };
+        self.health.converged = self.is_converged() && self.health.confidence == Confidence::Sure;
+        self.elsewhere.clear();
+        if self.health.outside_weight <= MIXED_ABOVE && self.is_placed {
+            return;
+        }
+        let share = self.hypotheses.share();
+        let mut parts = vec![self.free.anywhere(nowhere_known)];
+        if let Some(best) = self.hypotheses.best() {
+            let weight = (1.0 - nowhere_known) * share;
+            parts.push(Part { weight, pose: best.pose, covariance: best.covariance });
+        }
+        if let Some((pose, covariance)) = self.clusters.moments_outside(&self.particles, cluster) {
+            let weight = (1.0 - nowhere_known) * (1.0 - share) * self.other_clusters;
+            parts.push(Part { weight, pose, covariance });
+        }
+        self.elsewhere = parts;
+    }
+
+    /// The weight of the estimate among the places that are followed.
+    fn followed(&self) -> f64 {
+        (1.0 - self.other_clusters) * (1.0 - self.hypotheses.share())
+    }
+
+    /// Whether the estimate is narrow, and of all places that are followed the one.
+    fn is_converged(&self) -> bool {
+        self.is_narrow() && 1.0 - self.followed() <= self.params.converged_outside && self.unconfirmed == 0.0
+    }
+
+    /// The covariance of all places where the robot may be, about the estimate.
+    fn told_covariance(&self) -> Matrix3<f64> {
+        if self.elsewhere.is_empty() {
+            return self.covariance;
+        }
+        let weight = 1.0 - self.health.outside_weight;
+        let mut parts = self.elsewhere.clone();
+        parts.push(Part { weight, pose: self.pose, covariance: self.covariance });
+        spread_about(self.pose, &parts)
     }
 
     /// Draws a new set when the weights have become uneven or the belief needs more or far fewer particles. Without a

@@ -1,10 +1,16 @@
 //! When a robot seems lost: the short- and long-term means of augmented MCL (Gutmann and Fox, 2002; Probabilistic
 //! Robotics, table 8.3), of the scan's fit.
 
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix2, Matrix3, Vector2};
+
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 use curionav_planning::random::{Rng, uniform};
 
+use crate::confidence::Part;
 use crate::params::LocalizerParams;
 
 /// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]), and how long the former
@@ -48,6 +54,11 @@ impl Recovery {
         }
     }
 
+    /// The long-term mean of the fit; 1 before the first scan that tells anything.
+    pub(crate) fn usual_fit(&self) -> f64 {
+        self.means.map_or(1.0, |(_, slow)| slow)
+    }
+
     /// Whether the latest scans fit clearly worse than those before.
     fn doubts(&self, params: &LocalizerParams) -> bool {
         self.means.is_some_and(|(fast, slow)| params.recovery_gain * fast < slow)
@@ -63,12 +74,43 @@ impl Recovery {
 /// The free cells of a map, to draw poses from.
 pub(crate) struct FreeSpace {
     cells: Vec<u32>,
+    centre: Point2,
+    /// Of a position on them, (x, y), square metres.
+    covariance: Matrix2<f64>,
 }
 
 impl FreeSpace {
     pub(crate) fn new(grid: &OccupancyGrid) -> Self {
         let all = 0..(grid.width() * grid.height()) as u32;
-        Self { cells: all.filter(|i| grid.cell(*i as usize) == Cell::Free).collect() }
+        let cells: Vec<u32> = all.filter(|i| grid.cell(*i as usize) == Cell::Free).collect();
+        let count = cells.len().max(1) as f64;
+        let mut sum = Vector2::zeros();
+        let mut squares = Matrix2::zeros();
+        for &cell in &cells {
+            let p =
+                Vector2::new(f64::from(cell % grid.width() as u32), f64::from(cell / grid.width() as u32));
+            sum += p;
+            squares += p * p.transpose();
+        }
+        let mean = sum / count;
+        let resolution = grid.resolution();
+        let centre = Point2::new((mean.x + 0.5) * resolution, (mean.y + 0.5) * resolution);
+        let (sin, cos) = sin_cos(grid.origin().heading);
+        let map_from_grid = Matrix2::new(cos, -sin, sin, cos) * resolution;
+        let spread = squares / count - mean * mean.transpose();
+        Self {
+            cells,
+            centre: grid.origin().transform(centre),
+            covariance: map_from_grid * spread * map_from_grid.transpose(),
+        }
+    }
+
+    /// A belief of this weight that the robot may be anywhere, with any heading.
+    pub(crate) fn anywhere(&self, weight: f64) -> Part {
+        let mut covariance = Matrix3::zeros();
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.covariance);
+        covariance[(2, 2)] = PI * PI / 3.0;
+        Part { weight, pose: Pose2::new(self.centre.x, self.centre.y, 0.0), covariance }
     }
 
     /// A pose uniform over the free cells, any heading; the grid's origin if no cell is free.

@@ -7,7 +7,7 @@ use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::occupancy::{Cell, StaticMap};
 use curionav_planning::sensor::LaserModel;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::alignment::align;
 use crate::background::Posed;
@@ -83,6 +83,8 @@ const ERROR_RATIO_ALONE: f64 = 1.5;
 const ERROR_RATIO_TOUCHING: f64 = 0.5;
 /// With fewer beams a circle cannot be told from a line.
 const SHAPE_BEAMS: usize = 4;
+/// A pose that is known less well counts as known so well, metres and radians: a start that is told roughly.
+const ROUGH_SIGMA: Vector3<f64> = Vector3::new(0.5, 0.5, 0.26);
 /// What is wider than a person is cut in two, and each part again, so many times at most: into sixteen pieces.
 const CUTS: usize = 4;
 /// A point that is at least so far from every wall of the map belongs to no wall, metres. A nearer one may belong to a
@@ -160,7 +162,7 @@ impl Detector {
         let hits: Vec<Point2> =
             in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
         let sigma = hypot(laser.range_sigma, self.params.map_sigma);
-        let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
+        let (pose, covariance) = align(&self.map, &hits, sigma, pose, &at_most_rough(covariance));
         let posed = Posed::new(&self.map, pose);
         let off_walls: Vec<Option<f64>> = in_robot
             .iter()
@@ -253,6 +255,16 @@ impl Detector {
 /// Whether a beam met something.
 fn meets_something(range: f32, laser: &LaserModel) -> bool {
     matches!(Beam::of(range, 0.0, laser.range_max), Beam::Obstacle(_))
+}
+
+/// The covariance of a pose that is known at least so well. Of a robot that may be anywhere the map would explain every
+/// beam, and nothing would stand in its way.
+fn at_most_rough(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    let variances = covariance.diagonal();
+    let scale = Matrix3::from_diagonal(&ROUGH_SIGMA.zip_map(&variances, |rough, variance| {
+        if variance > rough * rough { rough / variance.sqrt() } else { 1.0 }
+    }));
+    scale * covariance * scale
 }
 
 /// Where beam `i` ended, laser frame: at the greatest range if it met nothing.

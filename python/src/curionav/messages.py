@@ -168,7 +168,7 @@ Reason = Annotated[dict[str, Any], coded({
     "least_cost_free": {}, "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
     "not_scored": {"term": Name, "previous": PreviousState}, "none_free": {"previous": PreviousState},
     "mission_not_running": {"state": MissionState}, "not_prepared": {}, "people_unknown": {}, "no_way_to_goal": {},
-    "goal_occupied": {},
+    "goal_occupied": {}, "localises": {}, "place_unknown": {},
 })]
 """Why a cycle was decided as it was: a `code` and its parameters."""
 
@@ -230,16 +230,16 @@ Rejection = Annotated[dict[str, Any], coded({
 
 
 CommandReason = Literal[
-    "tracking", "slowed", "too_close", "way_unseen", "arrived", "told_to_stop", "mission_not_running", "no_odometry",
-    "paused", "no_lease", "base_clock_wrong", "no_decision", "decision_expired", "decision_of_another_run",
-    "decision_invalid", "decision_belief_unknown", "no_belief", "belief_too_old", "belief_of_another_run", "no_scan",
-    "scan_too_old", "scan_of_another_run", "blind_refused", "blind_narrow", "blind_short", "blind_silent",
-    "blind_rare", "blind_map",
+    "tracking", "slowed", "in_doubt", "too_close", "way_unseen", "arrived", "told_to_stop", "mission_not_running",
+    "no_odometry", "paused", "no_lease", "base_clock_wrong", "no_decision", "decision_expired",
+    "decision_of_another_run", "decision_invalid", "decision_belief_unknown", "no_belief", "lost", "belief_too_old",
+    "belief_of_another_run", "no_scan", "scan_too_old", "scan_of_another_run", "blind_refused", "blind_narrow",
+    "blind_short", "blind_silent", "blind_rare", "blind_map",
 ]
 """What the driver does.
 
-"tracking", "slowed", "too_close" and "way_unseen" follow the decision: the second one more slowly, the third one
-braking for what the laser sees, the fourth one for what it has not seen. All others stop.
+"tracking", "slowed", "in_doubt", "too_close" and "way_unseen" follow the decision: the second and third one more
+slowly, the fourth one braking for what the laser sees, the fifth one for what it has not seen. All others stop.
 """
 
 
@@ -323,17 +323,20 @@ class ObstacleCells(Record):
     """they close every way to the goal"""
 
 
+Confidence = Literal["sure", "doubtful", "lost"]
+"""Whether a robot may act on a belief: in doubt it drives at most 0.2 m/s, and when lost it follows no plan."""
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Health(Record):
     """How far a belief can be trusted beyond its covariance."""
 
     outside_weight: Fraction
-    """0..1, particle weight outside the heaviest cluster"""
+    """0..1, probability that the robot is not in the heaviest cluster"""
     scan_fit: Fraction
     """0..1, how well the scan fits the map at the mean"""
     particles: Uint32
-    converged: bool
-    """the particles form one cluster"""
+    confidence: Confidence
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -352,7 +355,7 @@ class Belief(methods.Belief, Message):
     heading: Number
     """rad, map frame"""
     covariance: Annotated[F64, Array("f64", 3, 3)]
-    """[3, 3] of (x, y, heading); m^2, m rad, rad^2"""
+    """[3, 3] of (x, y, heading); m^2, m rad, rad^2; of all places while outside_weight > 0.05"""
     v: Number
     """m/s, forward, from odometry"""
     omega: Number
@@ -1263,12 +1266,12 @@ MESSAGES: dict[str, type[Message]] = {message.NAME: message for message in _MESS
 
 __all__ = [
     "MESSAGES", "NO_PARENT", "Belief", "Cancel", "CandidateSet", "CandidateShard", "CborFault", "ChangeGoal", "Clock",
-    "CommandReason", "Contact", "Crowd", "CycleReport", "Cycles", "Decision", "Degradation", "Disc", "EvaluateRequest",
-    "Evaluated", "Finish", "Footprint", "GenerateReply", "GenerateRequest", "Health", "InjectRequest", "LaserModel",
-    "Lease", "LeaseRequest", "Measures", "Memory", "Message", "Mission", "MissionCommand", "MissionEnd",
-    "MissionOrder", "MissionState", "ObstacleCells", "OccupancyGrid", "Odometry", "OdometryNoise", "Particles",
-    "PauseReply", "PauseRequest", "People", "PeopleTrace", "Place", "Polygon", "Pose", "Prepared", "Previous",
-    "PreviousState", "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection", "RobotModel", "RunResult",
-    "RunStatus", "Scan", "Scene", "Scores", "ServiceStatus", "SetMission", "TermReport", "TermTime", "Timings",
-    "Trace", "Tree", "Twist",
+    "CommandReason", "Confidence", "Contact", "Crowd", "CycleReport", "Cycles", "Decision", "Degradation", "Disc",
+    "EvaluateRequest", "Evaluated", "Finish", "Footprint", "GenerateReply", "GenerateRequest", "Health",
+    "InjectRequest", "LaserModel", "Lease", "LeaseRequest", "Measures", "Memory", "Message", "Mission",
+    "MissionCommand", "MissionEnd", "MissionOrder", "MissionState", "ObstacleCells", "OccupancyGrid", "Odometry",
+    "OdometryNoise", "Particles", "PauseReply", "PauseRequest", "People", "PeopleTrace", "Place", "Polygon", "Pose",
+    "Prepared", "Previous", "PreviousState", "Readiness", "Reason", "Record", "Refusal", "Reject", "Rejection",
+    "RobotModel", "RunResult", "RunStatus", "Scan", "Scene", "Scores", "ServiceStatus", "SetMission", "TermReport",
+    "TermTime", "Timings", "Trace", "Tree", "Twist",
 ]

@@ -104,6 +104,9 @@ const CLOSED_MAX: f64 = 25.0;
 /// So long a robot waits for a goal at which people stand, seconds.
 const OCCUPIED_MAX: f64 = 30.0;
 
+/// A mission is given up after the robot has not known for so long where it is, seconds.
+const LOST_MAX: f64 = 30.0;
+
 /// Makes the decision of one cycle. If the mission is running, `context` is prepared for it and `people` are recent, it
 /// is what [`plan`] decides. Otherwise it is a stop without planning: then there is no outcome, and nothing to report.
 pub async fn decide<P: Peers>(
@@ -153,6 +156,13 @@ fn observe<'a>(
     else {
         return Err(Failure { reason: Reason::NotPrepared, degraded: Some(Degradation::NotPrepared) });
     };
+    let is_lost = belief.health.confidence == wire::Confidence::Lost;
+    if memory.observe_place(is_lost, belief.stamp) >= LOST_MAX {
+        return Err(Failure { reason: Reason::PlaceUnknown, degraded: None });
+    }
+    if is_lost {
+        return Err(Failure { reason: Reason::Localises, degraded: None });
+    }
     let Some(people) = people.filter(|it| (belief.stamp - it.stamp).abs() <= PEOPLE_AGE_MAX) else {
         return Err(Failure { reason: Reason::PeopleUnknown, degraded: Some(Degradation::PeopleUnknown) });
     };

@@ -64,6 +64,8 @@ pub struct Memory {
     ways: Closed,
     /// Whether people at the goal have made the robot wait, and for how long.
     goal: Closed,
+    /// Whether the robot does not know where it is, and for how long.
+    lost: Closed,
 }
 
 impl Memory {
@@ -84,6 +86,7 @@ impl Memory {
             driven: memory.driven,
             ways: Closed::default(),
             goal: Closed::default(),
+            lost: Closed::default(),
             carried: Carried {
                 observer: Observer {
                     uncertain: memory.uncertain,
@@ -159,6 +162,12 @@ impl Memory {
     /// For how long people at the goal have made the robot wait at `stamp`, seconds.
     pub(crate) fn has_waited_for_goal(&self, stamp: f64) -> f64 {
         self.goal.lasts(stamp)
+    }
+
+    /// Takes note at `stamp` of whether the robot does not know where it is; gives back for how long it has not, seconds.
+    pub(crate) fn observe_place(&mut self, is_lost: bool, stamp: f64) -> f64 {
+        self.lost.observe(is_lost, stamp);
+        self.lost.lasts(stamp)
     }
 
     /// Ways and the goal count as open again.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use curionav_planning::arbitration::Surroundings;
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::sin_cos;
@@ -23,6 +24,8 @@ const KEPT: usize = 8;
 /// the map, where the robot is only known as its belief is: three standard deviations of that come on top.
 const PERSON_ERROR: f64 = 0.35;
 const SIGMAS: f64 = 3.0;
+/// A robot that may be anywhere sees people around it as one does that knows its place so roughly, metres.
+const ROUGH_SIGMA: f64 = 0.5;
 /// Where all ways are closed, what closes them is forgotten if it has not been seen for so long, seconds.
 const LOOK_AGAIN: f64 = 6.0;
 
@@ -34,6 +37,8 @@ pub(crate) struct ObstacleWatch {
     recent: Vec<Odometry>,
     seen: Seen,
     obstacles: Obstacles,
+    /// The scanner's newest scan.
+    newest: Option<Scan>,
     /// By what rule the mission's tracker takes a beam for explained by the map.
     tracker: TrackerParams,
 }
@@ -49,6 +54,7 @@ impl ObstacleWatch {
             recent: Vec::new(),
             seen,
             obstacles,
+            newest: None,
             tracker: TrackerParams::default(),
         }
     }
@@ -66,6 +72,7 @@ impl ObstacleWatch {
         self.recent.clear();
         self.seen = Seen::default();
         self.obstacles = Obstacles::default();
+        self.newest = None;
     }
 
     /// Forgets at `stamp` what has not been seen for a while: all ways are closed, and the robot is to look again.
@@ -113,6 +120,21 @@ impl ObstacleWatch {
         }
         let occupied = self.seen.occupied().map(|p| map_from_odometry.transform(p));
         self.obstacles = Obstacles::at(occupied, &map.grid);
+        self.newest = Some(scan);
+    }
+
+    /// What the scanner sees around the robot, by its newest scan.
+    pub(crate) fn surroundings(&self, range_sigma: f64) -> Option<Surroundings> {
+        let (ranges, laser) = convert::scan(self.newest.as_ref()?, range_sigma).ok()?;
+        let ends = (0..laser.beams).zip(&*ranges).filter_map(|(index, range)| {
+            let range = match Beam::of(*range, 0.0, laser.range_max) {
+                Beam::Obstacle(range) => range,
+                _ => return None,
+            };
+            let (sin, cos) = sin_cos(laser.bearing(index));
+            Some(laser.robot_from_laser.transform(Point2::new(range * cos, range * sin)))
+        });
+        Some(Surroundings { ends: ends.collect(), sees_all_around: laser.sees_all_around() })
     }
 }
 
@@ -214,7 +236,7 @@ fn explain_people(
     belief: &planning::Belief,
     people: &planning::People,
 ) {
-    let near = people.radius + PERSON_ERROR + SIGMAS * belief.position_sigma();
+    let near = people.radius + PERSON_ERROR + SIGMAS * belief.position_sigma().min(ROUGH_SIGMA);
     let at = belief.pose.compose(laser.robot_from_laser);
     for (index, (beam, explained)) in beams.iter().zip(explained).enumerate() {
         let Beam::Obstacle(range) = *beam else { continue };

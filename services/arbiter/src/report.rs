@@ -9,6 +9,7 @@ use curionav_planning::collision::{Collision, Obstacle};
 use curionav_planning::evaluation::hccdm::{Component, Hccdm};
 use curionav_planning::scene::Scene;
 use curionav_planning::sight::Sight;
+use curionav_planning::trajectory::Trajectory;
 use curionav_runtime::convert;
 use curionav_schemas::{
     self as wire, Action, Crowd, CycleReport, Decision, Degradation, Evaluated, F64Array, ObstacleCells,
@@ -65,6 +66,22 @@ pub(crate) fn stop(
         uncertainty: belief.covariance.iter().step_by(4).sum(),
         degraded: degraded.into_iter().collect(),
         ..standstill(id, (belief.tick, belief.stamp), dt, reason)
+    }
+}
+
+/// Gives a decision that stands this motion to drive instead.
+pub(crate) fn drive(decision: Decision, motion: &Trajectory, valid_for_s: f64) -> Decision {
+    let states = motion.states();
+    Decision {
+        action: Action::Follow,
+        valid_for_s,
+        dt: motion.dt(),
+        x: states.x.as_slice().into(),
+        y: states.y.as_slice().into(),
+        heading: states.heading.as_slice().into(),
+        v: states.v.as_slice().into(),
+        omega: states.omega.as_slice().into(),
+        ..decision
     }
 }
 

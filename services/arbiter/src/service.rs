@@ -4,7 +4,9 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
 use std::time::Instant;
 
+use curionav_planning::arbitration::Localising;
 use curionav_planning::geometry::Point2;
+use curionav_planning::scene as planning;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
@@ -25,6 +27,7 @@ use crate::cycle_counts::CycleCounts;
 use crate::memory::Memory;
 use crate::obstacle_watch::ObstacleWatch;
 use crate::readiness::await_pool;
+use crate::report;
 
 struct Arbiter {
     service: RobotService,
@@ -47,6 +50,8 @@ struct Arbiter {
     memory: Memory,
     /// Tick of the last decision.
     planned: Option<u64>,
+    /// How far a robot that does not know where it is has looked around.
+    localising: Localising,
     /// When it heard of the mission, until its first decision.
     heard: Option<Instant>,
     counts: CycleCounts,
@@ -85,6 +90,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             context: None,
             memory: Memory::new(epoch()),
             planned: None,
+            localising: Localising::default(),
             heard: None,
             counts: CycleCounts::new(),
         };
@@ -191,8 +197,10 @@ impl MissionFollower for Arbiter {
         let obstructed = self.obstructed(Point2::new(belief.x, belief.y));
         let context = obstructed.as_deref();
         let carried = self.memories.is_heard().then(|| self.memory.to_wire(mission));
-        let (decision, outcome) =
+        let believed = convert::belief(&belief);
+        let (mut decision, outcome) =
             cycle::decide(&self.pool, context, &mut self.memory, mission, belief, people).await;
+        decision = self.localise(decision, &believed, mission);
         if self.memory.are_ways_closed() {
             self.watch.look_again(decision.stamp);
         }
@@ -228,6 +236,21 @@ impl Arbiter {
                 tracing::warn!(%reject, "there is no course past obstacles");
                 None
             }
+        }
+    }
+
+    /// Where a robot does not know its place, the decision is to look around; any other stays as it is.
+    fn localise(&mut self, decision: Decision, belief: &planning::Belief, mission: &Mission) -> Decision {
+        if decision.reason != wire::Reason::Localises {
+            self.localising = Localising::default();
+            return decision;
+        }
+        let order = &mission.order;
+        let robot = convert::robot_model(&order.robot_model);
+        let Some(around) = self.watch.surroundings(order.laser.range_sigma) else { return decision };
+        match self.localising.motion(decision.stamp, belief, &around, &robot) {
+            Some(motion) => report::drive(decision, &motion, Localising::VALID_FOR),
+            None => decision,
         }
     }
 

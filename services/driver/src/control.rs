@@ -1,11 +1,12 @@
 //! From decision and belief to a command.
 
+use curionav_planning::arbitration::SLOW;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
 use curionav_planning::tracking::track;
 use curionav_runtime::convert;
 use curionav_runtime::robot_limits::Ages;
-use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
+use curionav_schemas::{Action, Belief, CommandReason, Confidence, Decision, Odometry, Reason, Scan};
 
 use crate::guard::{Arrival, Guard, Situation, Verdict};
 use crate::seen_way::SeenWay;
@@ -96,6 +97,9 @@ fn tracked(inputs: &Inputs<'_>, arrival: Arrival, guard: &mut Guard) -> Result<C
     let made_from = inputs.made_from.ok_or(CommandReason::DecisionBeliefUnknown)?;
     let stop = [CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun];
     is_current(now - belief.stamp, ages.belief, stop)?;
+    if belief.health.confidence == Confidence::Lost && decision.reason != Reason::Localises {
+        return Err(CommandReason::Lost);
+    }
     if let Some(blind) = inputs.blind {
         return Err(blind);
     }
@@ -106,18 +110,29 @@ fn tracked(inputs: &Inputs<'_>, arrival: Arrival, guard: &mut Guard) -> Result<C
     let pose = Pose2::new(belief.x, belief.y, belief.heading)
         .compose(pose_of(at_belief).relative(pose_of(odometry)));
     let moving = arrival.twist;
-    let wanted = track(&reference, decision_age, pose, moving, robot, period);
+    let tracked = track(&reference, decision_age, pose, moving, robot, period);
+    let wanted = match belief.health.confidence {
+        Confidence::Sure => tracked,
+        Confidence::Doubtful | Confidence::Lost => stopping.limit(moving, slow(tracked), period),
+    };
     let seen = inputs.seen.slowed(wanted, pose_of(odometry), now, stopping, period);
     let pose = pose_of(odometry);
     let further_age_max = ages.scan;
     let situation = Situation { pose, now, arrival, stopping, period, further_age_max };
     let limited = |twist| stopping.limit(moving, twist, period);
     Ok(match guard.judge(seen, &situation) {
-        Verdict::Safe if seen == wanted => Command { twist: wanted, reason: CommandReason::Tracking },
-        Verdict::Safe => Command { twist: limited(seen), reason: CommandReason::WayUnseen },
+        Verdict::Safe if seen != wanted => Command { twist: limited(seen), reason: CommandReason::WayUnseen },
+        Verdict::Safe if wanted != tracked => Command { twist: wanted, reason: CommandReason::InDoubt },
+        Verdict::Safe => Command { twist: wanted, reason: CommandReason::Tracking },
         Verdict::Slower(twist) => Command { twist: limited(twist), reason: CommandReason::Slowed },
         Verdict::Brakes(twist) => Command { twist: limited(twist), reason: CommandReason::TooClose },
     })
+}
+
+/// The same curve at no more than the speed of a robot that doubts where it is.
+fn slow(twist: Twist) -> Twist {
+    let share = (SLOW / twist.v.abs()).min(1.0);
+    Twist { v: share * twist.v, omega: share * twist.omega }
 }
 
 /// How the base will be moving when a command of now reaches it: as measured, and on towards the commands that are
@@ -242,6 +257,28 @@ mod tests {
         assert!(!told(&scan, &stop).follows());
         scan.ranges.0.fill(0.4);
         assert_eq!(told(&scan, &decision), CommandReason::TooClose);
+    }
+
+    #[test]
+    fn in_doubt_it_brakes_to_a_slow_speed_and_when_lost_it_follows_no_plan() {
+        let robot = RobotModel::default();
+        let (mut odometry, mut belief, scan, mut decision) = moving();
+        let told = |odometry: &Odometry, belief: &Belief, decision: &Decision| {
+            let Command { twist, reason } =
+                command(&inputs(odometry, belief, &scan, decision, &robot), &mut guard());
+            (twist.v, reason)
+        };
+        belief.health.confidence = Confidence::Doubtful;
+        let (v, reason) = told(&odometry, &belief, &decision);
+        // 0.5 m/s less 0.5 m/s2 * 0.1 s
+        assert!((v - 0.45).abs() < 1e-12 && reason == CommandReason::InDoubt, "{v} {reason:?}");
+        odometry.v = 0.2;
+        assert_eq!(told(&odometry, &belief, &decision), (0.2, CommandReason::InDoubt));
+        belief.health.confidence = Confidence::Lost;
+        let (v, reason) = told(&odometry, &belief, &decision);
+        assert!(v < 0.16 && reason == CommandReason::Lost, "{v} {reason:?}");
+        decision.reason = Reason::Localises;
+        assert_eq!(told(&odometry, &belief, &decision), (0.2, CommandReason::InDoubt));
     }
 
     #[test]

@@ -386,6 +386,7 @@ impl Driver {
         let end = match self.fence.borrow().in_force().map(|decision| &decision.reason) {
             Some(Reason::NoWayToGoal) => MissionEnd::NoWayToGoal,
             Some(Reason::GoalOccupied) => MissionEnd::GoalOccupied,
+            Some(Reason::PlaceUnknown) => MissionEnd::Lost,
             _ => return,
         };
         self.finish(mission, end);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
+use curionav_localization::{Confidence, Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
@@ -16,7 +16,9 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::telemetry::timed;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
-use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan, keys};
+use curionav_schemas::{
+    self as wire, Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan, keys,
+};
 use curionav_tracking_people::{Detector, TrackerParams};
 
 use crate::mask::Mask;
@@ -84,8 +86,10 @@ fn register_health(metrics: &mut Metrics, newest: &Arc<Mutex<Option<Belief>>>) {
     register(metrics, newest, "belief_trace_m2", help, |b| b.covariance[0] + b.covariance[4]);
     let help = "How well the scan fits the map at the mean, 0 to 1";
     register(metrics, newest, "belief_scan_fit", help, |b| b.health.scan_fit);
-    let help = "Weight of the particles outside the heaviest cluster, 0 to 1";
+    let help = "Probability that the robot is not in the heaviest cluster, 0 to 1";
     register(metrics, newest, "belief_outside_weight", help, |b| b.health.outside_weight);
+    let help = "Whether the belief is sure (0), doubtful (1) or lost (2)";
+    register(metrics, newest, "belief_doubt", help, |b| f64::from(b.health.confidence as u8));
     register(metrics, newest, "belief_particles", "Particles in use", |b| f64::from(b.health.particles));
 }
 
@@ -235,7 +239,11 @@ fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
         outside_weight: estimate.health.outside_weight.clamp(0.0, 1.0),
         scan_fit: estimate.health.scan_fit.clamp(0.0, 1.0),
         particles: estimate.health.particles as u32,
-        converged: estimate.health.converged,
+        confidence: match estimate.health.confidence {
+            Confidence::Sure => wire::Confidence::Sure,
+            Confidence::Doubtful => wire::Confidence::Doubtful,
+            Confidence::Lost => wire::Confidence::Lost,
+        },
     };
     convert::belief_to_wire(&estimate.belief(), odometry.tick, odometry.stamp, health)
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use curionav_ros2::messages::{DiagnosticStatus, KeyValue};
-use curionav_schemas::{CommandReason, Mission, words};
+use curionav_schemas::{CommandReason, Confidence, Mission, words};
 
 use crate::problem::{Problem, ProblemKind};
 
@@ -76,6 +76,13 @@ pub(crate) fn status(
         hardware_id: robot.to_owned(),
         values,
     }]
+}
+
+/// That the localizer is not sure where the robot is, if it is not.
+pub(crate) fn unsure(confidence: Confidence) -> Option<Problem> {
+    let is_sure = confidence == Confidence::Sure;
+    let say = || Problem::new(ProblemKind::Unsure, "localizer", words::say("confidence", &confidence));
+    (!is_sure).then(say)
 }
 
 /// Why the driver stops the robot, if it does so for want of something: a stop that is meant is no problem.

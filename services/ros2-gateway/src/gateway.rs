@@ -12,7 +12,9 @@ use curionav_runtime::locked::locked;
 use curionav_runtime::map_store::host;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::Server;
-use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, MapId, MissionCommand};
+use curionav_schemas::{
+    self as wire, Action, Belief, CommandReason, Confidence, Decision, MapId, MissionCommand,
+};
 
 use crate::config::Ros2Config;
 use crate::diagnosis;
@@ -473,13 +475,15 @@ impl Gateway {
         problems.replace(&[ProblemKind::Paused], paused.into_iter().collect());
         let reason = self.reason.filter(|_| self.journey.is_engaged());
         problems.replace(&[ProblemKind::Stopped], reason.and_then(diagnosis::stopped).into_iter().collect());
+        let believed = self.belief.as_ref().map(|(belief, ..)| belief.health.confidence);
+        problems.replace(&[ProblemKind::Unsure], believed.and_then(diagnosis::unsure).into_iter().collect());
         let driver = lease.holder.as_deref();
         let status = diagnosis::status(
             self.parts.orders.robot(),
             &problems.all(),
             self.journey.mission(),
             driver,
-            self.belief.is_some(),
+            believed.is_some_and(|confidence| confidence != Confidence::Lost),
         );
         drop(problems);
         publishers.diagnostics(status, gate.robot_time());

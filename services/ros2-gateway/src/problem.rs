@@ -28,13 +28,15 @@ pub enum ProblemKind {
     Awaited,
     /// The robot stands until it is resumed.
     Paused,
+    /// The localizer is not sure where the robot is.
+    Unsure,
     /// The driver stops the robot, although a mission is under way.
     Stopped,
 }
 
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::SecondPublisher,
         Self::OtherType,
         Self::NotUsed,
@@ -46,6 +48,7 @@ impl ProblemKind {
         Self::Refused,
         Self::Awaited,
         Self::Paused,
+        Self::Unsure,
         Self::Stopped,
     ];
 
@@ -63,6 +66,7 @@ impl ProblemKind {
             Self::Refused => "refused",
             Self::Awaited => "awaited",
             Self::Paused => "paused",
+            Self::Unsure => "unsure",
             Self::Stopped => "stopped",
         }
     }
@@ -81,6 +85,7 @@ impl ProblemKind {
             Self::Refused => "is refused:",
             Self::Awaited => "is awaited:",
             Self::Paused => "is paused:",
+            Self::Unsure => "is",
             Self::Stopped => "stops the robot:",
         }
     }

@@ -205,6 +205,7 @@ impl Streams {
             }
             match ended(mission) {
                 Some(MissionEnd::NoWayToGoal | MissionEnd::GoalOccupied) => return Ok(Outcome::NoWay),
+                Some(MissionEnd::Lost) => return Ok(Outcome::Lost),
                 Some(end) => return Err(end),
                 None => {}
             }

@@ -7,7 +7,7 @@ use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, rng, standard_normal};
 use curionav_planning::sensor::LaserModel;
 use curionav_runtime::convert;
-use curionav_schemas::{Belief, Frame, Health, Mission, Odometry, People, Scan};
+use curionav_schemas::{Belief, Confidence, Frame, Health, Mission, Odometry, People, Scan};
 use curionav_testing::golden;
 
 /// Seconds between two ticks.
@@ -89,7 +89,12 @@ impl Base {
             covariance: covariance.into(),
             v: self.twist.v,
             omega: self.twist.omega,
-            health: Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true },
+            health: Health {
+                outside_weight: 0.0,
+                scan_fit: 1.0,
+                particles: 500,
+                confidence: Confidence::Sure,
+            },
         }
     }
 

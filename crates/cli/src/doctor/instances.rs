@@ -15,6 +15,7 @@ use zenoh::Session;
 use super::finding::Finding;
 use crate::blind::blindness;
 use crate::connect::ConnectOptions;
+use crate::doubt::doubt;
 use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
@@ -114,6 +115,7 @@ impl Instance {
         let problems = status.metrics.keys().filter_map(|sample| Problem::of_sample(sample));
         findings.extend(problems.map(|problem| on_the_robot(&link, &problem)));
         findings.extend(blindness(status).map(|why| Finding::missing(&link, why, LOOK_AT_THE_LASER)));
+        findings.extend(doubt(status).map(|why| Finding::missing(&link, why, UNSURE)));
         Ok(findings)
     }
 
@@ -212,6 +214,9 @@ impl Instance {
 /// What to do about a laser that sees too little.
 const LOOK_AT_THE_LASER: &str = "look at the laser, and at [scanner] in the driver's configuration";
 
+/// What to do about a robot that is not sure where it is.
+const UNSURE: &str = "wait until it has found itself, or begin a mission with its present pose";
+
 /// What a gateway has found wrong among the nodes of its robot.
 fn on_the_robot(link: &str, problem: &Problem) -> Finding {
     let fix = match problem.kind {
@@ -231,6 +236,7 @@ fn on_the_robot(link: &str, problem: &Problem) -> Finding {
         ProblemKind::Stopped => {
             "look at the service that it names: the arbiter decides, the localizer believes"
         }
+        ProblemKind::Unsure => UNSURE,
         ProblemKind::Refused => "look at the driver's log and at [limits]",
         ProblemKind::Awaited => {
             "start what publishes it, or mend `endpoint` and the names of topics in [ros2]"

@@ -15,7 +15,7 @@ use curionav_planning::scene::{Belief, Moment, Scene};
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_schemas::{self as wire, Clock, Health, MissionState};
+use curionav_schemas::{self as wire, Clock, Confidence, Health, MissionState};
 
 /// Metres of the shortest way that the robot has behind it: people are then around it on all sides.
 const DRIVEN: f64 = 12.0;
@@ -73,7 +73,8 @@ impl OnTheWay {
 
     /// The same as messages, for a position known with `variance` m2.
     pub(crate) fn observation(&self, pose: Pose2, tick: u64, variance: f64) -> Observation {
-        let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true };
+        let health =
+            Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, confidence: Confidence::Sure };
         let belief = self.belief(pose, variance);
         let stamp = 0.1 * tick as f64;
         Observation {

@@ -7,7 +7,7 @@ use curionav_arbiter::memory::Memory;
 use curionav_planning::candidates::CandidateSet;
 use curionav_runtime::convert;
 use curionav_schemas::{
-    CycleReport, EvaluateRequest, GenerateReply, GenerateRequest, Health, Message, OccupancyGrid,
+    Confidence, CycleReport, EvaluateRequest, GenerateReply, GenerateRequest, Health, Message, OccupancyGrid,
 };
 
 use crate::case::Case;
@@ -24,7 +24,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let context = &on_the_way.context;
     let pose = on_the_way.pose;
     let scene = on_the_way.scene(pose, 120);
-    let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true };
+    let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, confidence: Confidence::Sure };
     let scene_message = convert::scene_to_wire(&scene, health);
 
     let (generated, _) = context.course.generate(&scene, 0, None, &[], &|| 0.0);

@@ -52,7 +52,12 @@ pub fn initial_belief(mission: &wire::Mission) -> wire::Belief {
         covariance: mission.order.initial_covariance.clone(),
         v: 0.0,
         omega: 0.0,
-        health: wire::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },
+        health: wire::Health {
+            outside_weight: 0.0,
+            scan_fit: 0.0,
+            particles: 0,
+            confidence: wire::Confidence::Sure,
+        },
     }
 }
 

@@ -19,9 +19,9 @@ pub use world::{
 };
 
 use curionav_schemas::{
-    Belief, Clock, Footprint, Frame, Health, LaserModel, Lease, LeaseRequest, LeaseWish, MapId, Mission,
-    MissionEnd, MissionOrder, MissionState, Odometry, OdometryNoise, Particles, PauseReply, People, Pose,
-    Readiness, Refusal, Reject, RobotModel, Scan, Scene, Value,
+    Belief, Clock, Confidence, Footprint, Frame, Health, LaserModel, Lease, LeaseRequest, LeaseWish, MapId,
+    Mission, MissionEnd, MissionOrder, MissionState, Odometry, OdometryNoise, Particles, PauseReply, People,
+    Pose, Readiness, Refusal, Reject, RobotModel, Scan, Scene, Value,
 };
 
 const MAP: MapId = MapId(
@@ -130,7 +130,7 @@ pub fn belief() -> Belief {
         covariance: vec![0.04, 0.001, 0.0, 0.001, 0.05, 0.0, 0.0, 0.0, 0.01].into(),
         v: 0.8,
         omega: -0.1,
-        health: Health { outside_weight: 0.02, scan_fit: 0.9, particles: 512, converged: true },
+        health: Health { outside_weight: 0.02, scan_fit: 0.9, particles: 512, confidence: Confidence::Sure },
     }
 }
 

@@ -1,0 +1,153 @@
+//! How far the estimate can be trusted: whether the scans fit the map, and how likely the robot is somewhere else.
+
+use nalgebra::{Matrix3, Vector3};
+
+use curionav_planning::geometry::{Pose2, wrap_angle};
+use curionav_planning::numerics::exp;
+
+/// Whether a robot may act on the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Confidence {
+    /// The scans fit the map where the estimate is, and hardly any weight lies elsewhere.
+    #[default]
+    Sure,
+    /// The robot may be elsewhere, or the map explains little of what the laser sees.
+    Doubtful,
+    /// The robot is more likely elsewhere than where the estimate is, or there is no estimate yet.
+    Lost,
+}
+
+/// The fit of scans is averaged over so many seconds.
+const MEAN_OVER_S: f64 = 0.8;
+/// While the mean fit is at least this share of what is usual, it says nothing.
+const USUAL_FIT: f64 = 0.82;
+/// A mean fit of this share of what is usual, or less, is that of any place.
+const FIT_OF_ANY_PLACE: f64 = 0.35;
+/// Below this mean fit nothing is sure, whatever is usual on this map.
+const POOR_FIT: f64 = 0.7;
+/// Doubts begin above this probability of being elsewhere.
+const DOUBTED_ABOVE: f64 = 0.05;
+/// Above it the robot is lost.
+const LOST_ABOVE: f64 = 0.5;
+/// A level is left at this share of the limit by which it was entered, so that it does not flicker.
+const RELEASED_AT: f64 = 0.6;
+/// The mean fit that ends a doubt about the map.
+const GOOD_FIT: f64 = 0.75;
+
+/// Follows the fit of scans over time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Trust {
+    mean_fit: f64,
+    elsewhere: f64,
+    confidence: Confidence,
+}
+
+impl Default for Trust {
+    fn default() -> Self {
+        Self { mean_fit: 1.0, elsewhere: 0.0, confidence: Confidence::Sure }
+    }
+}
+
+impl Trust {
+    /// Takes in the fit of a scan, so many seconds after the last. `evidence` is the share of its beams that tells walls
+    /// from people, `usual` the long-term mean of the fit.
+    pub(crate) fn observe(&mut self, fit: f64, evidence: f64, seconds: f64, usual: f64) {
+        let weight = (1.0 - exp(-seconds / MEAN_OVER_S)) * evidence;
+        self.mean_fit += weight * (fit - self.mean_fit);
+        let share = self.mean_fit / usual.max(f64::MIN_POSITIVE);
+        self.elsewhere = ((USUAL_FIT - share) / (USUAL_FIT - FIT_OF_ANY_PLACE)).clamp(0.0, 1.0);
+    }
+
+    /// The probability that the robot is at a place that nobody follows, as the fit tells it.
+    pub(crate) fn elsewhere(&self) -> f64 {
+        self.elsewhere
+    }
+
+    /// Sets the level by the probability that the robot is not where the estimate is.
+    pub(crate) fn judge(&mut self, outside: f64) -> Confidence {
+        let held = |level| if self.confidence >= level { RELEASED_AT } else { 1.0 };
+        let fit_needed = if self.confidence >= Confidence::Doubtful { GOOD_FIT } else { POOR_FIT };
+        self.confidence = if outside > LOST_ABOVE * held(Confidence::Lost) {
+            Confidence::Lost
+        } else if outside > DOUBTED_ABOVE * held(Confidence::Doubtful) || self.mean_fit < fit_needed {
+            Confidence::Doubtful
+        } else {
+            Confidence::Sure
+        };
+        self.confidence
+    }
+}
+
+/// One part of a belief.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Part {
+    pub(crate) weight: f64,
+    pub(crate) pose: Pose2,
+    pub(crate) covariance: Matrix3<f64>,
+}
+
+/// The second moment of all parts about `pose`, (x, y, heading): m2, m rad, rad2.
+pub(crate) fn spread_about(pose: Pose2, parts: &[Part]) -> Matrix3<f64> {
+    let total: f64 = parts.iter().map(|part| part.weight).sum();
+    let mut spread = Matrix3::zeros();
+    for part in parts {
+        let turned = wrap_angle(part.pose.heading - pose.heading);
+        let off = Vector3::new(part.pose.x - pose.x, part.pose.y - pose.y, turned);
+        spread += (part.covariance + off * off.transpose()) * (part.weight / total);
+    }
+    spread
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(trust: &mut Trust, fit: f64, scans: usize) -> Confidence {
+        let mut confidence = Confidence::Sure;
+        for _ in 0..scans {
+            trust.observe(fit, 1.0, 0.2, 0.95);
+            confidence = trust.judge(trust.elsewhere());
+        }
+        confidence
+    }
+
+    #[test]
+    fn scans_that_stop_fitting_make_it_doubtful_and_then_lost_within_two_seconds() {
+        let mut trust = Trust::default();
+        assert_eq!(after(&mut trust, 0.95, 50), Confidence::Sure);
+        assert_eq!(after(&mut trust, 0.3, 2), Confidence::Doubtful);
+        assert_eq!(after(&mut trust, 0.3, 8), Confidence::Lost);
+        assert_eq!(after(&mut trust, 0.95, 4), Confidence::Doubtful);
+        assert_eq!(after(&mut trust, 0.95, 20), Confidence::Sure);
+    }
+
+    #[test]
+    fn a_map_that_explains_little_is_doubtful_and_not_lost() {
+        let mut trust = Trust::default();
+        for _ in 0..50 {
+            trust.observe(0.6, 1.0, 0.2, 0.6);
+        }
+        assert_eq!((trust.elsewhere(), trust.judge(0.0)), (0.0, Confidence::Doubtful));
+    }
+
+    #[test]
+    fn a_crowd_tells_nothing() {
+        let mut trust = Trust::default();
+        for _ in 0..50 {
+            trust.observe(0.0, 0.0, 0.2, 0.95);
+        }
+        assert_eq!(trust.judge(trust.elsewhere()), Confidence::Sure);
+    }
+
+    #[test]
+    fn the_spread_of_two_places_is_their_distance() {
+        let near = Part { weight: 3.0, pose: Pose2::new(1.0, 0.0, 3.0), covariance: Matrix3::identity() };
+        let far = Part { weight: 1.0, pose: Pose2::new(5.0, 0.0, -3.0), covariance: Matrix3::zeros() };
+        let spread = spread_about(near.pose, &[near, far]);
+        let turned = std::f64::consts::TAU - 6.0;
+        // 3/4 of 1, and 1/4 of 4 m squared, of the short way round squared, and of both.
+        assert!((spread[(0, 0)] - 4.75).abs() < 1e-12 && (spread[(1, 1)] - 0.75).abs() < 1e-12);
+        assert!((spread[(2, 2)] - (0.75 + 0.25 * turned * turned)).abs() < 1e-12);
+        assert!((spread[(0, 2)] - turned).abs() < 1e-12, "{spread}");
+    }
+}
