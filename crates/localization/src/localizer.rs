@@ -84,6 +84,15 @@ struct Anchor {
 /// A place that a search has found is believed after so far, metres.
 const CONFIRMED_AFTER_M: f64 = 6.0;
 
+/// A turn by one radian shows as much that is new as so many metres of way, to a laser that sees nothing beside itself.
+const SHOWN_PER_RADIAN: f64 = 1.0;
+
+/// How much way a motion is worth for telling places apart, metres: it shows what the laser has not seen from here.
+fn shown(motion: &Motion, laser: &LaserModel) -> f64 {
+    let unseen = 1.0 - laser.fov / std::f64::consts::TAU;
+    motion.travel.max(SHOWN_PER_RADIAN * unseen * motion.turn)
+}
+
 /// Where more weight than this lies outside the estimate, the covariance that is told is that of all places.
 const MIXED_ABOVE: f64 = 0.05;
 
@@ -277,7 +286,7 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles.advance(motion, &self.noise, &mut random);
         self.hypotheses.advance(motion, &self.noise, &mut random);
-        self.search_plan.pass(motion.travel, seconds);
+        self.search_plan.pass(shown(motion, &scan.laser), seconds);
         self.unconfirmed = (self.unconfirmed - motion.travel).max(0.0);
         self.seen = Selection::of(scan, self.streams, &self.params);
         let observed = !self.seen.ends.is_empty();
@@ -307,7 +316,8 @@ impl Localizer {
         let params = &self.params;
         let exponent = params.temper * self.credit.max(params.rest_temper);
         let observation = Observation { field: &self.field, scan, seen: &self.seen, exponent, params };
-        let winner = self.hypotheses.judge(&observation, self.pose, motion.travel, random);
+        let way = shown(motion, &scan.laser);
+        let winner = self.hypotheses.judge(&observation, self.pose, way, random);
         let used = weigh(&mut self.particles, &self.field, &self.seen, exponent, ambiguous, params);
         self.credit = (self.credit - used / params.temper).max(0.0);
         if let Some(winner) = winner {
@@ -337,9 +347,10 @@ impl Localizer {
             return;
         }
         let doubted_metres = self.recovery.doubted_metres(&self.params);
-        let doubted_metres = doubted_metres.or((self.unconfirmed > 0.0).then_some(0.0));
+        let is_lost = self.health.confidence == Confidence::Lost;
+        let doubted_metres = doubted_metres.or((self.unconfirmed > 0.0 || is_lost).then_some(0.0));
         let wish = match self.is_placed {
-            true => self.search_plan.next(doubted_metres, self.pose, &self.params),
+            true => self.search_plan.next(doubted_metres, is_lost, self.pose, &self.params),
             false => Some(Wish::ANYWHERE),
         };
         let Some(wish) = wish else { return };

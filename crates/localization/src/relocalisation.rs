@@ -27,13 +27,17 @@ const BEHIND: f64 = 0.12;
 const LESS_LIKELY: f64 = 15.0;
 /// A search begins no earlier than so far after the one before, metres.
 const AFTER_M: f64 = 1.0;
+/// When lost, one begins after so long at the latest, seconds.
+const LOST_AFTER_S: f64 = 2.0;
 /// Without any doubt one begins after so far, metres ...
 const BACKGROUND_M: f64 = 20.0;
 /// ... and so long, seconds.
 const BACKGROUND_S: f64 = 60.0;
 /// Odds of a place found where the estimate is in doubt, as a logarithm.
 const ODDS_IN_DOUBT: f64 = -3.0;
-/// And where it is not.
+/// And where the robot is more likely elsewhere than at the estimate.
+const ODDS_WHEN_LOST: f64 = 0.0;
+/// And where it is not in doubt.
 const ODDS_WITHOUT_DOUBT: f64 = -7.0;
 /// Deviations of the start that a search around the estimate reaches.
 const REACH: f64 = 3.0;
@@ -92,6 +96,7 @@ impl SearchPlan {
     pub(crate) fn next(
         &mut self,
         doubted_metres: Option<f64>,
+        is_lost: bool,
         pose: Pose2,
         params: &LocalizerParams,
     ) -> Option<Wish> {
@@ -100,7 +105,7 @@ impl SearchPlan {
             let is_due = self.metres >= BACKGROUND_M && self.seconds >= BACKGROUND_S;
             return is_due.then(|| self.begin(Wish { region: Region::Everywhere, odds: ODDS_WITHOUT_DOUBT }));
         };
-        if self.metres < AFTER_M {
+        if self.metres < AFTER_M && !(is_lost && self.seconds >= LOST_AFTER_S) {
             return None;
         }
         self.was_near = !self.was_near;
@@ -111,7 +116,8 @@ impl SearchPlan {
             radians: REACH * params.start_sigma_heading,
         };
         let region = if self.was_near { near } else { Region::Everywhere };
-        Some(self.begin(Wish { region, odds: ODDS_IN_DOUBT }))
+        let odds = if is_lost { ODDS_WHEN_LOST } else { ODDS_IN_DOUBT };
+        Some(self.begin(Wish { region, odds }))
     }
 
     fn begin(&mut self, wish: Wish) -> Wish {
