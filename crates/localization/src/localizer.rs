@@ -347,7 +347,8 @@ impl Localizer {
             return;
         }
         let doubted_metres = self.recovery.doubted_metres(&self.params);
-        let is_lost = self.health.confidence == Confidence::Lost;
+        // An estimate that a search has found lately is judged as any other place.
+        let is_lost = self.health.confidence == Confidence::Lost && self.unconfirmed == 0.0;
         let doubted_metres = doubted_metres.or((self.unconfirmed > 0.0 || is_lost).then_some(0.0));
         let wish = match self.is_placed {
             true => self.search_plan.next(doubted_metres, is_lost, self.pose, &self.params),
