@@ -26,10 +26,10 @@ import drive  # noqa: E402
 from rerun.chunk import RrdReader  # noqa: E402
 
 import curionav  # noqa: E402
-from curionav import Scenario  # noqa: E402
+from curionav import Scenario, recording  # noqa: E402
 from curionav.messages import Belief, CycleReport, LaserModel, Message, OccupancyGrid, People, Pose  # noqa: E402
 from curionav.words import UNSEEN  # noqa: E402
-from curionav_view import colours, command, heat, output, recording, result_replay, shapes, words  # noqa: E402
+from curionav_view import colours, command, heat, output, result_replay, shapes, words  # noqa: E402
 from curionav_view.live import Live, Source  # noqa: E402
 from curionav_view.scene_logger import SceneLogger  # noqa: E402
 

@@ -177,7 +177,8 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _replay(options: argparse.Namespace, output: Output, wanted: Wanted) -> None:
-    from . import recording  # noqa: PLC0415
+    from curionav import recording  # noqa: PLC0415
+
     from .scene_logger import SceneLogger  # noqa: PLC0415
 
     scene_logger: SceneLogger | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.exceptions import EndOfFile, McapError
@@ -13,9 +14,9 @@ from mcap.records import Channel, Schema
 from mcap.records import Message as Entry
 from mcap.stream_reader import StreamReader
 
-from curionav import keys
-from curionav.errors import CurionavError, DecodeError
-from curionav.messages import MESSAGES, Message
+from . import keys
+from .errors import CurionavError, DecodeError
+from .messages import MESSAGES, Message
 
 _ROBOT = f"{keys.ROOT}/robot/"
 _MAGIC = b"\x89MCAP0\r\n"
@@ -27,9 +28,29 @@ class BadRecording(CurionavError):  # noqa: N818 - reads as what it is
     """A file is no recording of curionav's, or has nothing to show."""
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """A message as it was recorded."""
+
+    stamp_ns: int
+    """ns: the robot's clock, placed along wall time"""
+    message: Message
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A message as it stands in the file."""
+
+    topic: str
+    name: str
+    """of the message"""
+    stamp_ns: int
+    data: bytes
+
+
 def robots(path: Path) -> list[str]:
     """Names of the robots a recording tells of."""
-    topics = _index(path) or {topic for topic, _ in _entries(path, quiet=True)}
+    topics = _index(path) or {entry.topic for entry in _entries(path, quiet=True)}
     return sorted({topic.removeprefix(_ROBOT).partition("/")[0] for topic in topics if topic.startswith(_ROBOT)})
 
 
@@ -43,6 +64,11 @@ def _index(path: Path) -> set[str]:
 
 
 def messages(path: Path, robot: str | None = None) -> Iterator[Message]:
+    """The messages about a robot, without their times; see `entries`."""
+    return (entry.message for entry in entries(path, robot))
+
+
+def entries(path: Path, robot: str | None = None) -> Iterator[Recorded]:
     """The messages about a robot, in their order; maps and worlds belong to all. Ends early where a file was cut short.
 
     Raises:
@@ -57,15 +83,15 @@ def messages(path: Path, robot: str | None = None) -> Iterator[Message]:
         raise BadRecording(f"{path} has no robot `{robot}`; it tells of {', '.join(found)}")
     own = f"{_ROBOT}{robot or found[0]}/"
     refused = 0
-    for topic, (name, data) in _entries(path):
-        kind = MESSAGES.get(name)
-        if kind is None or (topic.startswith(_ROBOT) and not topic.startswith(own)):
+    for entry in _entries(path):
+        kind = MESSAGES.get(entry.name)
+        if kind is None or (entry.topic.startswith(_ROBOT) and not entry.topic.startswith(own)):
             continue
-        # A further sensor's scan would be drawn as the scanner's.
-        if topic.startswith(f"{own}scan/"):
+        # A further sensor's scan would be taken for the scanner's.
+        if entry.topic.startswith(f"{own}scan/"):
             continue
         try:
-            yield kind.decode(data)
+            yield Recorded(entry.stamp_ns, kind.decode(entry.data))
         except DecodeError as error:
             refused += 1
             _log.warning("passed over: %s", error)
@@ -73,8 +99,8 @@ def messages(path: Path, robot: str | None = None) -> Iterator[Message]:
         _log.warning("%d messages of %s were not understood", refused, path)
 
 
-def _entries(path: Path, quiet: bool = False) -> Iterator[tuple[str, tuple[str, bytes]]]:
-    """(topic, (message, bytes)) of what is in CBOR; the pictures beside it are for others."""
+def _entries(path: Path, quiet: bool = False) -> Iterator[_Entry]:
+    """What is in CBOR; the pictures beside it are for others."""
     try:
         file = path.open("rb")
     except OSError as error:
@@ -95,7 +121,7 @@ def _entries(path: Path, quiet: bool = False) -> Iterator[tuple[str, tuple[str, 
                     channels[record.id] = (record.topic, _message(record.topic, name))
                 elif isinstance(record, Entry) and record.channel_id in channels:
                     topic, name = channels[record.channel_id]
-                    yield topic, (name, record.data)
+                    yield _Entry(topic, name, record.log_time, record.data)
         except EndOfFile:
             if not quiet:
                 _log.warning("%s ends in the middle: it was cut short", path)
