@@ -328,8 +328,11 @@ def drive(ticks: int = 20) -> list[tuple[str, Message]]:
     return [*sent, (own("mission"), mission("finished")), (keys.world(WORLD, "run"), status(ticks))]
 
 
-def record(path: Path, messages: list[tuple[str, Message]]) -> Path:
-    """Writes messages as `curionav record` does, with a picture for others beside them."""
+def record(path: Path, messages: list[tuple[str, Message]], start_ns: int | None = None) -> Path:
+    """Writes messages as `curionav record` does, with a picture for others beside them.
+
+    From ``start_ns`` on they have the times of their stamps; without it they are one nanosecond apart.
+    """
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=100_000)
         writer.start(profile="", library="curionav tests")
@@ -337,7 +340,12 @@ def record(path: Path, messages: list[tuple[str, Message]]) -> Path:
         other = writer.register_channel(topic="/robot/log", message_encoding="json", schema_id=picture)
         writer.add_message(other, 0, b"{}", 0)
         channels: dict[str, int] = {}
-        for time, (key, message) in enumerate(messages):
+        time = 0 if start_ns is None else start_ns
+        for number, (key, message) in enumerate(messages):
+            if start_ns is None:
+                time = number
+            elif hasattr(message, "stamp"):
+                time = start_ns + round(1e9 * message.stamp)
             if key not in channels:
                 schema = writer.register_schema(name=f"curionav.{message.NAME}.v1", encoding="cddl", data=b"")
                 channels[key] = writer.register_channel(topic=key, message_encoding="cbor", schema_id=schema)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import logging
 import sys
 from collections.abc import Sequence
@@ -10,12 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import CurionavError
+from .planar import Pose2
 
 if TYPE_CHECKING:
-    from . import Written
-    from .planar import Pose2
+    from .robot_log import Written
 
-_NEEDED = {"rosbags": "rosbags", "mcap": "mcap"}
+_NEEDED = ("rosbags", "mcap")
+"""What the extra brings."""
 
 _EPILOG = """\
 examples:
@@ -57,16 +59,15 @@ and /amcl_pose (the belief). Of a simulated robot, /ground_truth says where it t
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit status: 0 done, 2 bad input, 3 a package is not installed."""
+    missing = [package for package in _NEEDED if importlib.util.find_spec(package) is None]
     options = _parser().parse_args(arguments)
-    logging.basicConfig(format="%(message)s")
-    try:
-        run = {"to-log": _to_log, "map": _map, "from-recording": _from_recording}[options.command]
-        run(options)
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in _NEEDED:
-            raise
-        print(f"{error.name} is not installed: pip install 'curionav[bags]'", file=sys.stderr)
+    if missing:
+        print(f"not installed: {', '.join(missing)}; `pip install {' '.join(missing)}` brings them", file=sys.stderr)
         return 3
+    logging.basicConfig(format="%(message)s")
+    run = {"to-log": _to_log, "map": _map, "from-recording": _from_recording}[options.command]
+    try:
+        run(options)
     except (CurionavError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -127,8 +128,6 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _pose(text: str) -> Pose2:
-    from .planar import Pose2  # noqa: PLC0415 - as late as the packages that the extra brings
-
     try:
         x, y, heading = map(float, text.split(","))
     except ValueError:
@@ -137,7 +136,8 @@ def _pose(text: str) -> Pose2:
 
 
 def _to_log(options: argparse.Namespace) -> None:
-    from . import Choice, write_log  # noqa: PLC0415
+    from .robot_log import write_log  # noqa: PLC0415 - once it is sure that rosbags is there
+    from .topics import Choice  # noqa: PLC0415
 
     choice = Choice(
         scan=options.scan,
@@ -172,7 +172,7 @@ def _next_command(written: Written) -> str:
 
 
 def _map(options: argparse.Namespace) -> None:
-    from . import write_map  # noqa: PLC0415
+    from .grid import write_map  # noqa: PLC0415
 
     written = write_map(options.bag, options.out, options.topic)
     size = f"{written.width} x {written.height} cells of {written.resolution:g} m"
@@ -180,7 +180,7 @@ def _map(options: argparse.Namespace) -> None:
 
 
 def _from_recording(options: argparse.Namespace) -> None:
-    from . import write_bag  # noqa: PLC0415
+    from .recorded import write_bag  # noqa: PLC0415
 
     written = write_bag(options.recording, options.out, options.robot)
     print(f"{written.path}: {', '.join(f'{topic} ({count})' for topic, count in sorted(written.counts.items()))}")

@@ -108,7 +108,7 @@ def read(bag: Bag, choice: Choice) -> Drive:
 
 def _tree(bag: Bag, followed: set[str]) -> FrameTree:
     tree = FrameTree(followed)
-    for entry in bag.entries(bag.topics(TRANSFORMS)):
+    for entry in bag.entries(bag.topics(*TRANSFORMS)):
         for transform in entry.message.transforms:
             tree.add(transform)
     return tree

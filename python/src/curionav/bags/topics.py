@@ -46,7 +46,7 @@ def odometry_topic(bag: Bag, choice: Choice) -> str:
     if choice.odometry is not None:
         return bag.has(choice.odometry, ODOMETRY)
     topics = [topic for topic in bag.topics(ODOMETRY) if not _is_truth(topic)]
-    if not topics and bag.topics(TRANSFORMS):
+    if not topics and bag.topics(*TRANSFORMS):
         return TF
     return _only(bag, "odometry", "--odom", topics, "/odom")
 
