@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -27,6 +28,7 @@ from curionav.bags.robot_log import write_log
 from curionav.bags.topics import Choice
 
 ROS2 = Maker("mcap")
+DAMAGES = int(os.environ.get("DAMAGES", "20"))
 
 
 @dataclass(frozen=True)
@@ -213,10 +215,16 @@ def test_a_scan_without_odometry_of_its_time_is_left_out_and_counted(tmp_path: P
 
 
 def test_what_comes_after_the_clock_was_set_back_is_left_out(tmp_path: Path) -> None:
-    once = tour(ROS2)
-    written = write_log(ROS2.write(tmp_path / "bag", [*once, *tour(ROS2)]), tmp_path / "out.log")
-    assert written.scans == 30
-    assert "set back" in written.notes[0]
+    # The first odometry after the end of the tour is of the second drive, and elsewhere.
+    elsewhere = [ROS2.odometry(0.5 * k, 50.0, 0.0, 0.0) for k in range(8)]
+    sent = [*tour(ROS2), ROS2.scan(3.2, [1.0, 2.0]), *elsewhere, ROS2.scan(0.5, [1.0, 2.0])]
+    written = write_log(ROS2.write(tmp_path / "bag", sent), tmp_path / "out.log")
+    assert written.scans == 31
+    assert lines(written.log)[-1].robot == pytest.approx(where(3.0), abs=1e-8)
+    assert written.notes == [
+        "odometry from when its clock was set back",
+        "scans after 1700000003.200 s, when the clock was set back",
+    ]
 
 
 def test_transforms_of_the_time_before_tf2_are_read(tmp_path: Path) -> None:
@@ -247,6 +255,12 @@ def test_a_scanner_is_where_the_option_says_without_transforms(tmp_path: Path) -
     bag, log = ROS2.write(tmp_path / "bag", sent), tmp_path / "out.log"
     assert main(["to-log", str(bag), str(log), "--laser", "0.5,0.25,0.1"]) == 0
     assert lines(log)[0].laser == pytest.approx([0.75, 2.5, math.pi / 2 + 0.1], abs=1e-8)
+
+
+def test_odometry_that_is_no_number_is_passed_over(tmp_path: Path) -> None:
+    poses = [ROS2.odometry(0.1 * k, math.nan if k == 1 else 0.1 * k, 0, 0) for k in range(3)]
+    (line,) = converted(tmp_path, [ROS2.mounted(0, 0, 0), *poses, ROS2.scan(0.1, [1.0, 2.0])])
+    assert line.robot == pytest.approx([0.1, 0.0, 0.0], abs=1e-6)
 
 
 # ---- references ----
@@ -374,6 +388,27 @@ runpy.run_module("curionav.bags", run_name="__main__")
     assert done.stderr == "not installed: rosbags; `pip install rosbags` brings them\n"
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_damaged_bag_is_read_or_refused(kind: str, tmp_path: Path) -> None:
+    make = Maker(kind)
+    bag = make.write(tmp_path / "bag", [one for one in tour(make) if one.stamp < 0.5])
+    (file,) = [bag] if bag.is_file() else [one for one in bag.iterdir() if one.suffix in (".mcap", ".db3")]
+    whole = file.read_bytes()
+    outcomes = set()
+    for seed in range(DAMAGES):
+        print(f"seed {seed}")  # noqa: T201 - shown if it fails
+        rng = np.random.default_rng(seed)
+        damaged = bytearray(whole)
+        for place in rng.integers(0, len(whole), 20):
+            damaged[place] = rng.integers(256)
+        file.write_bytes(damaged)
+        try:
+            outcomes.add(write_log(bag, tmp_path / "out.log").scans > 0)
+        except BagError:
+            outcomes.add(False)
+    assert False in outcomes
+
+
 # ---- maps ----
 
 
@@ -381,15 +416,15 @@ runpy.run_module("curionav.bags", run_name="__main__")
 def test_a_map_has_the_cells_of_the_bag(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     make = Maker(kind)
     # The row of least y first; the image has it last.
-    cells = np.array([[0, 25, 26], [64, 65, 100]])
+    cells = np.array([[-1, 0, 25, 26], [64, 65, 100, -1]])
     bag = make.write(tmp_path / "bag", [make.grid(cells, 0.05, -1.5, 2.0, 0.3)])
     assert main(["map", str(bag), str(tmp_path / "maps" / "floor.yaml")]) == 0
-    assert "3 x 2 cells of 0.05 m, from `/map`" in capsys.readouterr().out
+    assert "4 x 2 cells of 0.05 m, from `/map`" in capsys.readouterr().out
     described = yaml.safe_load((tmp_path / "maps" / "floor.yaml").read_text())
     assert (described["resolution"], described["image"], described["negate"]) == (0.05, "floor.pgm", 0)
     assert described["origin"] == pytest.approx([-1.5, 2.0, 0.3])
     image = (tmp_path / "maps" / "floor.pgm").read_bytes()
-    assert image == b"P5\n3 2\n255\n" + bytes([205, 0, 0, 254, 254, 205])
+    assert image == b"P5\n4 2\n255\n" + bytes([205, 0, 0, 205, 205, 254, 254, 205])
 
 
 def test_a_map_of_too_few_cells_is_refused(tmp_path: Path) -> None:

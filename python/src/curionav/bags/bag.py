@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from ..errors import CurionavError
@@ -102,8 +102,23 @@ class Bag:
                 header = getattr(message, "header", None)
                 stamp = seconds(header.stamp) if header is not None else 1e-9 * recorded
                 yield Entry(connection.topic, stamp, message)
-        except (AnyReaderError, ValueError, KeyError, IndexError, OSError) as error:
+        # Damaged bytes raise what they happen to break: rosbags has no one error for them.
+        except Exception as error:
             raise BagError(f"{self.path}: it is damaged: {error}") from error
+
+    def first(self, topic: str) -> Any:
+        """The first message of a topic.
+
+        Raises:
+            BagError: There is none, or it cannot be read.
+        """
+        for entry in self.entries([topic]):
+            return entry.message
+        raise self.without(topic)
+
+    def without(self, topic: str) -> BagError:
+        """The error of a topic that is listed and has no message: a list can be wrong, or the messages be damaged."""
+        return BagError(f"{self.path}: no message on `{topic}` can be read")
 
     def timed(self, topic: str) -> Iterator[Entry]:
         """The messages of a topic whose headers say when they are of.

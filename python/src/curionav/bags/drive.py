@@ -41,7 +41,7 @@ class Drive:
         last = float("-inf")
         for entry in bag.timed(self.scan_topic):
             if entry.stamp < last - SET_BACK_S:
-                self.notes.append(f"the clock was set back after {last:.3f} s: what came later is left out")
+                self.notes.append(f"scans after {last:.3f} s, when the clock was set back")
                 return
             last = max(last, entry.stamp)
             yield sweep(entry.message, entry.stamp, self.mount.is_upside_down)
@@ -79,8 +79,8 @@ def read(bag: Bag, choice: Choice) -> Drive:
     """
     scan = scan_topic(bag, choice)
     odometry = odometry_topic(bag, choice)
-    scanner = name(next(bag.entries([scan])).message.header.frame_id)
-    told = None if odometry == TF else next(bag.entries([odometry])).message
+    scanner = name(bag.first(scan).header.frame_id)
+    told = None if odometry == TF else bag.first(odometry)
     frame = choice.odometry_frame or (name(told.header.frame_id) if told is not None else "") or "odom"
     tree = _tree(bag, {choice.map_frame, frame})
     if told is None:
@@ -93,6 +93,8 @@ def read(bag: Bag, choice: Choice) -> Drive:
         driven, said = _topic(bag, odometry), f"`{odometry}`"
     mount = Mount(choice.laser) if choice.laser is not None else tree.mount(scanner, base)
     drive = Drive(scan, mount, driven, said)
+    if driven.was_set_back:
+        drive.notes.append("odometry from when its clock was set back")
     frames = _Frames(choice.map_frame, frame, base)
     for source in reference_topics(bag, choice):
         if source == TF:

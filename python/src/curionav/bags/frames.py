@@ -100,7 +100,7 @@ class FrameTree:
         if moving:
             raise BagError(f"the scanner `{scanner}` moves on the robot, with the frame `{moving[0]}`{option}")
         pose = np.linalg.inv(self._pose(down, joint)) @ self._pose(up, joint)
-        if abs(pose[2, 2]) < UPRIGHT:
+        if not (np.isfinite(pose).all() and abs(pose[2, 2]) >= UPRIGHT):
             raise BagError(f"the scanner `{scanner}` leans: it does not see a plane above the floor{option}")
         heading = math.atan2(pose[1, 0], pose[0, 0])
         return Mount(Pose2(float(pose[0, 3]), float(pose[1, 3]), heading), is_upside_down=bool(pose[2, 2] < 0.0))

@@ -42,7 +42,8 @@ def write_map(bag_path: Path, description: Path, topic: str | None = None) -> Wr
         grid = None
         for entry in bag.entries([chosen]):
             grid = entry.message
-    assert grid is not None, "a topic is listed only if it has a message"
+        if grid is None:
+            raise bag.without(chosen)
     width, height, resolution = int(grid.info.width), int(grid.info.height), float(np.float32(grid.info.resolution))
     cells = np.asarray(grid.data, np.int16)
     if not (width and height and cells.size == width * height and math.isfinite(resolution) and resolution > 0.0):

@@ -54,7 +54,9 @@ class Track:
     """The clock went back. What came later is left out."""
 
     def add(self, stamp: float, pose: Pose2) -> None:
-        """Takes a pose, unless it is no newer than the last one."""
+        """Takes a pose, unless it is no newer than the last one, or none at all."""
+        if not math.isfinite(pose.x + pose.y + pose.heading):
+            return
         if self.stamps and stamp <= self.stamps[-1]:
             self.was_set_back |= stamp < self.stamps[-1] - SET_BACK_S
         elif not self.was_set_back:
