@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
+import sqlite3
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -134,6 +136,16 @@ def test_a_file_of_a_bag_is_a_bag(tmp_path: Path) -> None:
         bag = make.write(tmp_path / kind, tour(make))
         (file,) = bag.glob(f"*{suffix}")
         assert write_log(file, tmp_path / f"{kind}.log").scans == 30
+
+
+def test_a_bag_that_does_not_describe_its_types_is_read(tmp_path: Path) -> None:
+    make = Maker("sqlite3")
+    bag = make.write(tmp_path / "bag", tour(make))
+    (file,) = bag.glob("*.db3")
+    # As rosbag2 wrote them until Humble.
+    with contextlib.closing(sqlite3.connect(file)) as database, database:
+        assert database.execute("DELETE FROM message_definitions").rowcount > 0
+    assert write_log(bag, tmp_path / "out.log").scans == 30
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
