@@ -159,3 +159,29 @@ def seen(x: float, y: float, directions: F64) -> F64:
         across = np.where(c > 0, (RIGHT - x) / c, np.where(c < 0, (LEFT - x) / c, np.inf))
         along = np.where(s > 0, (TOP - y) / s, np.where(s < 0, (BOTTOM - y) / s, np.inf))
     return np.asarray(np.minimum(across, along))
+
+
+def tour(make: Maker, *, mount: tuple[float, float, float] = (0.2, -0.1, 0.5)) -> list[Sent]:
+    """Three seconds in the room, in a circle of 1 m; odometry comes at 50 Hz, scans at 10 Hz and between its times."""
+    sent = [make.mounted(*mount)]
+    angles = np.linspace(-2.0, 2.0, 81)
+    for tick in range(151):
+        sent.append(make.odometry(0.02 * tick, *where(0.02 * tick)))
+        if tick % 5 == 2 and tick < 150:
+            stamp = 0.02 * tick + 0.013
+            x, y, heading = placed(where(stamp), mount)
+            ranges = seen(x, y, heading + angles)
+            sent.append(make.scan(stamp, ranges, angle_min=-2.0, angle_increment=0.05))
+    return sent
+
+
+def where(stamp: float) -> tuple[float, float, float]:
+    """The robot at a time of the tour: its heading passes half a turn at 1.14 s."""
+    turn = stamp
+    return math.cos(turn), math.sin(turn), math.remainder(turn + 2.0, math.tau)
+
+
+def placed(outer: tuple[float, float, float], inner: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, h = outer
+    c, s = math.cos(h), math.sin(h)
+    return x + c * inner[0] - s * inner[1], y + s * inner[0] + c * inner[1], h + inner[2]

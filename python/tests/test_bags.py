@@ -1,26 +1,22 @@
-"""Bags of ROS 1 and ROS 2 become logs and maps that say the same."""
+"""A bag of ROS 1 or ROS 2 becomes a log and a map that say the same."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 import math
-import os
 import sqlite3
-import subprocess
-import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from live import program
 
 pytest.importorskip("rosbags", reason="no rosbags; pip install './python[test]'")
 
-from made_bags import BOTTOM, KINDS, LEFT, OLD_TF, RIGHT, START, TF, TOP, Maker, Sent, seen
+from bag_logs import Line, lines
+from made_bags import BOTTOM, KINDS, LEFT, OLD_TF, RIGHT, START, TF, TOP, Maker, Sent, placed, seen, tour, where
 
 from curionav.array import F64
 from curionav.bags.__main__ import main
@@ -30,75 +26,6 @@ from curionav.bags.robot_log import write_log
 from curionav.bags.topics import Choice
 
 ROS2 = Maker("mcap")
-DAMAGES = int(os.environ.get("DAMAGES", "20"))
-
-
-@dataclass(frozen=True)
-class Line:
-    """A scan as it stands in a log."""
-
-    stamp: float
-    start: float
-    step: float
-    range_max: float
-    ranges: F64
-    laser: list[float]
-    robot: list[float]
-
-    def points(self) -> F64:
-        """Where its beams end in the frame of the robot's pose, shape [beams, 2]."""
-        x, y, heading = self.laser
-        angles = heading + self.start + self.step * np.arange(len(self.ranges))
-        return np.stack([x + self.ranges * np.cos(angles), y + self.ranges * np.sin(angles)], axis=1)
-
-
-def lines(log: Path) -> list[Line]:
-    """The scans of a log, as the Carmen toolkit describes the line."""
-    found = []
-    for text in log.read_text().splitlines():
-        words = text.split()
-        assert words[0] == "ROBOTLASER1"
-        _, start, fov, step, range_max, _, _, count = map(float, words[1:9])
-        ranges = np.array(words[9 : 9 + int(count)], float)
-        rest = [float(word) for word in words[9 + int(count) :] if word != "bag"]
-        assert fov == pytest.approx(step * (count - 1))
-        assert len(rest) == 1 + 6 + 5 + 2
-        assert rest[0] == 0.0, "no remissions"
-        found.append(Line(rest[-1], start, step, range_max, ranges, rest[1:4], rest[4:7]))
-    return found
-
-
-def references(log: Path) -> list[tuple[float, list[float], list[float]]]:
-    """(stamp, pose, pose beside it) of a log of references."""
-    rows = [line.split() for line in log.read_text().splitlines()]
-    assert {tuple(row[:4]) for row in rows} == {("FLASER", "2", "0", "0")}
-    return [(float(row[-1]), [float(w) for w in row[4:7]], [float(w) for w in row[7:10]]) for row in rows]
-
-
-def tour(make: Maker, *, mount: tuple[float, float, float] = (0.2, -0.1, 0.5)) -> list[Sent]:
-    """Three seconds in the room, in a circle of 1 m; odometry comes at 50 Hz, scans at 10 Hz and between its times."""
-    sent = [make.mounted(*mount)]
-    angles = np.linspace(-2.0, 2.0, 81)
-    for tick in range(151):
-        sent.append(make.odometry(0.02 * tick, *where(0.02 * tick)))
-        if tick % 5 == 2 and tick < 150:
-            stamp = 0.02 * tick + 0.013
-            x, y, heading = placed(where(stamp), mount)
-            ranges = seen(x, y, heading + angles)
-            sent.append(make.scan(stamp, ranges, angle_min=-2.0, angle_increment=0.05))
-    return sent
-
-
-def where(stamp: float) -> tuple[float, float, float]:
-    """The robot at a time of the tour: its heading passes half a turn at 1.14 s."""
-    turn = stamp
-    return math.cos(turn), math.sin(turn), math.remainder(turn + 2.0, math.tau)
-
-
-def placed(outer: tuple[float, float, float], inner: tuple[float, float, float]) -> tuple[float, float, float]:
-    x, y, h = outer
-    c, s = math.cos(h), math.sin(h)
-    return x + c * inner[0] - s * inner[1], y + s * inner[0] + c * inner[1], h + inner[2]
 
 
 def off_the_walls(points: F64) -> float:
@@ -111,9 +38,6 @@ def off_the_walls(points: F64) -> float:
 def converted(tmp_path: Path, sent: list[Sent], choice: Choice | None = None) -> list[Line]:
     bag = ROS2.write(tmp_path / "bag", sent)
     return lines(write_log(bag, tmp_path / "out.log", choice).log)
-
-
-# ---- scans and odometry ----
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -275,152 +199,6 @@ def test_odometry_that_is_no_number_is_passed_over(tmp_path: Path) -> None:
     assert line.robot == pytest.approx([0.1, 0.0, 0.0], abs=1e-6)
 
 
-# ---- references ----
-
-
-def refer(tmp_path: Path, sent: list[Sent], choice: Choice | None = None) -> Any:
-    written = write_log(ROS2.write(tmp_path / "bag", sent), tmp_path / "out.log", choice)
-    assert written.reference_log is not None
-    assert written.reference_log.name == "out.reference.log"
-    found = references(written.reference_log)
-    assert [stamp for stamp, _, _ in found] == [line.stamp for line in lines(written.log)]
-    return written, found
-
-
-def test_references_come_from_map_to_odometry(tmp_path: Path) -> None:
-    # Odometry began at (3, 1), turned by half a right angle.
-    began = (3.0, 1.0, math.pi / 4)
-    corrections = [ROS2.transform(0.1 * k, "map", "odom", *began[:2], ROS2.turned(began[2])) for k in range(31)]
-    written, found = refer(tmp_path, tour(ROS2) + corrections)
-    assert written.reference_from == "transforms from `map` to `odom`"
-    for stamp, pose, _ in found:
-        x, y, heading = placed(began, where(stamp - START))
-        # As near as odometry between its messages.
-        assert pose[:2] == pytest.approx([x, y], abs=2e-4)
-        assert math.remainder(pose[2] - heading, math.tau) == pytest.approx(0.0, abs=2e-4)
-
-
-def test_ground_truth_goes_before_transforms_and_a_goal_is_no_reference(tmp_path: Path) -> None:
-    others = [ROS2.transform(0.1 * k, "map", "odom", 9.0, 9.0, ROS2.turned(0.0)) for k in range(31)]
-    others.append(ROS2.pose_stamped(0.5, 50.0, 50.0, 0.0, "/goal_pose"))
-    truth = [ROS2.pose_stamped(0.1 * k, *placed((1.0, 0.0, 0.0), where(0.1 * k)), "/ground_truth") for k in range(31)]
-    written, found = refer(tmp_path, tour(ROS2) + others + truth)
-    assert written.reference_from == "`/ground_truth`"
-    assert found[3][1][0] == pytest.approx(1.0 + where(found[3][0] - START)[0], abs=2e-4)
-
-
-def test_odometry_carries_a_rare_reference_on_but_not_for_long(tmp_path: Path) -> None:
-    poses = [ROS2.odometry(0.5 * k, 0.5 * k, 0.0, 0.0) for k in range(13)]
-    scans = [ROS2.scan(0.5 * k, [1.0, 2.0]) for k in range(13)]
-    believed = ROS2.believed(1.0, 7.0, 8.0, math.pi / 2)
-    sent = [ROS2.mounted(0, 0, 0), *poses, *scans, believed]
-    written = write_log(ROS2.write(tmp_path / "bag", sent), tmp_path / "out.log")
-    assert written.reference_log is not None
-    found = {round(stamp - START, 3): pose for stamp, pose, _ in references(written.reference_log)}
-    assert written.reference_from == "`/amcl_pose`"
-    # It drives ahead, which is along y on the map.
-    assert sorted(found) == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-    assert found[0.0] == pytest.approx([7.0, 7.0, math.pi / 2])
-    assert found[3.0] == pytest.approx([7.0, 10.0, math.pi / 2])
-
-
-@pytest.mark.parametrize(("drift", "beside"), [(0.29, 3.29), (0.31, 3.0)])
-def test_a_reference_that_stays_with_odometry_stands_twice(drift: float, beside: float, tmp_path: Path) -> None:
-    poses = [ROS2.odometry(stamp, stamp, 0.0, 0.0) for stamp in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0)]
-    truth = [ROS2.pose_stamped(s, s + drift * s / 3.0, 0.0, 0.0, "/ground_truth") for s in (0.0, 1.5, 3.0)]
-    scans = [ROS2.scan(stamp, [1.0, 2.0]) for stamp in (0.0, 1.5, 3.0)]
-    _, found = refer(tmp_path, [ROS2.mounted(0, 0, 0), *poses, *truth, *scans])
-    assert found[-1][1][0] == pytest.approx(3.0 + drift)
-    assert found[-1][2][0] == pytest.approx(beside)
-
-
-def test_an_earlier_reference_does_not_stay_beside_a_log_without_one(tmp_path: Path) -> None:
-    bag = ROS2.write(tmp_path / "bag", [*tour(ROS2), ROS2.believed(1.0, 1.0, 0.0, 0.0)])
-    assert write_log(bag, tmp_path / "out.log").reference_log is not None
-    assert write_log(bag, tmp_path / "out.log", Choice(reference="none")).reference_log is None
-    assert not (tmp_path / "out.reference.log").exists()
-
-
-# ---- what is refused ----
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
-    assert main([str(argument) for argument in arguments]) == 2
-    return capsys.readouterr().err
-
-
-def test_an_error_says_what_the_bag_has_and_what_to_write(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = tmp_path / "out.log"
-
-    def told(name: str, sent: list[Sent], *options: str) -> str:
-        return refused(capsys, "to-log", ROS2.write(tmp_path / name, sent), log, *options)
-
-    scan, pose, mount = ROS2.scan(0, [1.0, 2.0]), ROS2.odometry(0, 0, 0, 0), ROS2.mounted(0, 0, 0)
-    assert "no topic has scans; the bag has /odom (nav_msgs/Odometry)" in told("a", [pose])
-    assert "no topic has odometry; the bag has /scan (sensor_msgs/LaserScan)" in told("b", [scan])
-    front, rear = (ROS2.scan(0, [1.0, 2.0], topic=topic) for topic in ("/front", "/rear"))
-    assert "choose with --scan: /front, /rear" in told("c", [front, rear, pose, mount])
-    assert "no topic `/sacn` of sensor_msgs/LaserScan; the bag has" in told("d", [scan, pose], "--scan", "/sacn")
-    assert "join the scanner `laser` to the robot `base_link`; give --laser" in told("e", [scan, pose])
-    assert "transforms: base_link -> laser" in told("f", [scan, mount], "--odom", "/tf")
-    assert "where the robot is in `map`" in told("g", [scan, pose, mount], "--reference", "/tf")
-    leans = ROS2.transform(0, "base_link", "laser", 0, 0, ROS2.quaternion(x=0.2, w=math.sqrt(0.96)))
-    assert "leans" in told("h", [scan, pose, leans])
-    turns = [ROS2.transform(k, "base_link", "laser", 0, 0, ROS2.turned(0.1 * k)) for k in range(2)]
-    assert "moves on the robot" in told("i", [scan, pose, *turns])
-    timeless = ROS2.scan(-START, [1.0, 2.0])
-    assert "no time in their headers" in told("j", [timeless, timeless, pose, mount])
-    assert "no topic has a map" in refused(capsys, "map", tmp_path / "a", tmp_path / "map.yaml")
-    assert not log.exists()
-
-
-def test_what_is_no_bag_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = tmp_path / "out.log"
-    assert "there is no bag" in refused(capsys, "to-log", tmp_path / "none", log)
-    assert "there is no bag" in refused(capsys, "to-log", tmp_path, log)
-    for name in ("text.bag", "text.mcap", "text.db3", "text.txt"):
-        file = tmp_path / name
-        file.write_text("no bag at all, but long enough to be looked at\n" * 20)
-        assert f"{name}: it cannot be read as a bag" in refused(capsys, "to-log", file, log)
-    make = Maker("ros1")
-    bag = make.write(tmp_path / "cut", tour(make))
-    bag.write_bytes(bag.read_bytes()[: bag.stat().st_size // 2])
-    assert "cut.bag" in refused(capsys, "to-log", bag, log)
-
-
-def test_without_its_packages_the_command_says_what_to_install() -> None:
-    code = """
-import runpy, sys
-sys.modules["rosbags"] = None
-sys.argv = ["bags", "map", "a.bag", "a.yaml"]
-runpy.run_module("curionav.bags", run_name="__main__")
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 3, done.stderr
-    assert done.stderr == "not installed: rosbags; `pip install rosbags` brings them\n"
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_damaged_bag_is_read_or_refused(kind: str, tmp_path: Path) -> None:
-    make = Maker(kind)
-    bag = make.write(tmp_path / "bag", [one for one in tour(make) if one.stamp < 0.5])
-    (file,) = [bag] if bag.is_file() else [one for one in bag.iterdir() if one.suffix in (".mcap", ".db3")]
-    whole = file.read_bytes()
-    outcomes = set()
-    for seed in range(DAMAGES):
-        print(f"seed {seed}")  # noqa: T201 - shown if it fails
-        rng = np.random.default_rng(seed)
-        damaged = bytearray(whole)
-        for place in rng.integers(0, len(whole), 20):
-            damaged[place] = rng.integers(256)
-        file.write_bytes(damaged)
-        try:
-            outcomes.add(write_log(bag, tmp_path / "out.log").scans > 0)
-        except BagError:
-            outcomes.add(False)
-    assert False in outcomes
-
-
 # ---- maps ----
 
 
@@ -444,27 +222,3 @@ def test_a_map_of_too_few_cells_is_refused(tmp_path: Path) -> None:
     sent.message.data = sent.message.data[:-1]
     with pytest.raises(BagError, match=r"3 x 2 cells of .* 5 values"):
         write_map(ROS2.write(tmp_path / "bag", [sent]), tmp_path / "map.yaml")
-
-
-# ---- the program reads it ----
-
-
-@pytest.mark.live
-def test_the_localiser_finds_the_robot_of_a_bag_on_the_map_built_of_it(tmp_path: Path) -> None:
-    truth = [ROS2.pose_stamped(0.1 * k, *placed((3.0, 1.0, 0.5), where(0.1 * k)), "/ground_truth") for k in range(31)]
-    log = write_log(ROS2.write(tmp_path / "bag", tour(ROS2) + truth), tmp_path / "out.log")
-    common = [log.log, "--reference", log.reference_log]
-
-    def run(*arguments: Any) -> str:
-        command = [str(program()), *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    run("map", "build", *common, "--out", "map.yaml")
-    found = json.loads(run("localize", *common, "--map", "map.yaml", "--json"))
-    assert (found["scans"], found["references"], found["broken_lines"]) == (30, 30, 0)
-    # 3 s on a circle of 1 m, less the ends: 29 gaps of 0.1 s.
-    assert found["length_m"] == pytest.approx(2.9, abs=0.01)
-    assert found["odometry_alone"]["greatest_m"] < 1e-3
-    assert found["localizer"]["greatest_m"] < 0.1
