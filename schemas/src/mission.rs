@@ -22,6 +22,10 @@ pub struct MissionOrder {
     pub initial_pose: Pose,
     /// Covariance of the initial (x, y, heading), row-major 3x3; m^2, m rad, rad^2.
     pub initial_covariance: F64Array,
+    /// Whether the initial pose may be wrong, as one that was kept from a day before: localisation is in doubt until
+    /// scans have confirmed it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub initial_doubtful: bool,
     /// Map frame, m.
     pub goal_x: f64,
     /// Map frame, m.

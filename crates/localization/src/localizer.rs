@@ -51,7 +51,7 @@ pub struct Localizer {
     hypotheses: Hypotheses,
     search: Option<Relocalisation>,
     search_plan: SearchPlan,
-    /// How far the robot has yet to drive until a place that was found is believed, metres: other places are looked for
+    /// How far the robot has yet to drive until a place that was found or kept is believed, metres: others are looked for
     /// meanwhile.
     unconfirmed: f64,
     /// When the last call was.
@@ -81,7 +81,7 @@ struct Anchor {
     covariance: Matrix3<f64>,
 }
 
-/// A place that a search has found is believed after so far, metres.
+/// A place that a search has found, or that was kept, is believed after so far, metres.
 const CONFIRMED_AFTER_M: f64 = 6.0;
 
 /// A turn by one radian shows as much that is new as so many metres of way, to a laser that sees nothing beside itself.
@@ -208,6 +208,14 @@ impl Localizer {
         self.judge_health(cluster);
         self.pose = pose;
         self.covariance = *covariance;
+    }
+
+    /// Starts over around a pose that may be wrong: the estimate is in doubt until scans have confirmed it.
+    pub fn resume(&mut self, pose: Pose2, covariance: &Matrix3<f64>) {
+        self.initialise(pose, covariance);
+        self.unconfirmed = CONFIRMED_AFTER_M;
+        self.health.confidence = Confidence::Doubtful;
+        self.health.converged = false;
     }
 
     /// Takes note that odometry now counts from another origin, as after a restart of the base. The leap between the

@@ -63,6 +63,10 @@ pub struct ServiceConfig {
     pub limits: Option<RobotLimits>,
     /// What the robot's laser sees at least (driver, ros2-gateway).
     pub scanner: Option<ScannerLimits>,
+    /// A file in which the localizer keeps where the robot was last sure to be, beside this one unless its path is
+    /// absolute. A localizer that is started again in mid-run goes on from there in doubt, and a gateway that is started
+    /// begins there (localizer, ros2-gateway).
+    pub keep_pose: Option<PathBuf>,
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
     /// (driver).
     pub simulated_base: bool,
@@ -102,6 +106,7 @@ impl Default for ServiceConfig {
             takes_turns: false,
             limits: None,
             scanner: None,
+            keep_pose: None,
             simulated_base: false,
             take_over: false,
             guard: GuardSettings::default(),
@@ -172,6 +177,12 @@ impl ServiceConfig {
         let radius = self.limits.as_ref().map(|limits| limits.radius);
         check_zones(&self.zones, radius).map_err(|fault| anyhow!("{fault}"))?;
         Ok(())
+    }
+
+    /// The file in which the pose is kept, if any.
+    pub fn kept_pose(&self) -> Option<PathBuf> {
+        let directory = self.directory.clone().unwrap_or_default();
+        self.keep_pose.as_ref().map(|file| directory.join(file))
     }
 
     /// The name under which the service `role` of this configuration commands others: that of its certificate, whether

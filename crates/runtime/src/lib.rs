@@ -18,6 +18,7 @@ pub mod further_scans;
 pub mod guard_settings;
 pub mod heartbeat;
 mod incoming;
+pub mod kept_pose;
 pub mod latency;
 pub mod lease;
 #[cfg(test)]

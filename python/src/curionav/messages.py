@@ -646,6 +646,8 @@ class MissionOrder(methods.MissionOrder, Record):
     """where localisation starts"""
     initial_covariance: Annotated[F64, Array("f64", 3, 3)]
     """[3, 3] of (x, y, heading); m^2, m rad, rad^2"""
+    initial_doubtful: bool | None = None
+    """whether the initial pose may be wrong; absent: false"""
     goal_x: Number
     """m"""
     goal_y: Number

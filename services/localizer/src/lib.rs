@@ -1,5 +1,6 @@
 //! The localizer: answers every tick of odometry and laser with a belief about the pose (AMCL).
 
+mod keeping;
 mod mask;
 mod particle_cloud;
 mod service;

@@ -8,6 +8,7 @@ use curionav_localization::{Confidence, Estimate, Localizer, LocalizerParams, Sc
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
+use curionav_runtime::kept_pose::KeptPose;
 use curionav_runtime::locked::locked;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
@@ -21,6 +22,7 @@ use curionav_schemas::{
 };
 use curionav_tracking_people::{Detector, TrackerParams};
 
+use crate::keeping::{Keeper, moved_since};
 use crate::mask::Mask;
 use crate::particle_cloud::{Rate, particles};
 
@@ -41,6 +43,10 @@ struct Localization {
     cloud_rate: Rate,
     /// The filter, and the run that it was started for.
     filter: Option<(u64, Localizer)>,
+    /// Keeps the belief in a file, if it is to.
+    keeper: Option<Keeper>,
+    /// The pose that the filter is to go on from with the next odometry: this localizer was started in mid-run.
+    resumes: Option<KeptPose>,
     /// Finds the beams of people, if the mission tracks people; without, the filter tells them from walls as it can.
     mask: Option<Mask>,
     /// Tick of the last odometry.
@@ -67,6 +73,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             cloud_rate: Rate::default(),
             service,
             filter: None,
+            keeper: Keeper::new(config),
+            resumes: None,
             mask: None,
             answered: None,
             unusable: None,
@@ -134,10 +142,12 @@ impl MissionFollower for Localization {
             return Ok(());
         }
         self.filter = None;
+        self.resumes = None;
         if mission.has_run {
             // The robot has left the start. Either this localizer was restarted on the way, or it is a second one.
             self.while_another_answers().await?;
-            return Err(Refusal::PoseLost.into());
+            let kept = self.keeper.as_ref().and_then(|keeper| keeper.of_run(mission));
+            self.resumes = Some(kept.ok_or(Refusal::PoseLost)?);
         }
         let order = &mission.order;
         convert::check_order(order)?;
@@ -148,6 +158,7 @@ impl MissionFollower for Localization {
         let id = order.map;
         let seed = order.seed;
         let laser = convert::laser(&order.laser);
+        let is_doubtful = order.initial_doubtful;
         let noise = convert::noise(&order.odometry_noise);
         let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
         let believed = convert::belief(&convert::initial_belief(mission));
@@ -158,7 +169,11 @@ impl MissionFollower for Localization {
             let filter = timed("the filter", || {
                 Localizer::starting_at(map, laser, noise, params, seed, (start.0, &start.1))
             });
-            Ok::<_, Reject>((filter.map_err(|e| Refusal::invalid(e).at("localizer"))?, mask))
+            let mut filter = filter.map_err(|e| Refusal::invalid(e).at("localizer"))?;
+            if is_doubtful {
+                filter.resume(start.0, &start.1);
+            }
+            Ok::<_, Reject>((filter, mask))
         });
         let started = started.await;
         let (filter, mask) = started.map_err(|e| Refusal::failed(e).at("map"))??;
@@ -196,6 +211,11 @@ impl MissionFollower for Localization {
             self.recent_scans = vec![scan.clone()];
         }
         let Some((_, filter)) = &mut self.filter else { return };
+        if let Some(kept) = self.resumes.take() {
+            tracing::warn!(tick = kept.tick, "localisation goes on from the kept pose, in doubt");
+            let covariance = filter.start_covariance();
+            filter.resume(moved_since(&kept, &odometry), &covariance);
+        }
         let last = self.answered.replace(odometry.tick);
         if last.is_some_and(|last| has_started_over(last, odometry.tick)) {
             tracing::warn!(tick = odometry.tick, ?last, "the base has started over");
@@ -225,6 +245,9 @@ impl MissionFollower for Localization {
         }
         let belief = belief(&estimate, &odometry);
         self.beliefs.publish(&belief, clock);
+        if let Some(keeper) = &mut self.keeper {
+            keeper.keep(mission, &odometry, &belief);
+        }
         // After the belief, which others wait for.
         if self.cloud_rate.is_due(odometry.stamp) && self.clouds.is_heard() {
             self.clouds.publish(&particles(filter.particles(), odometry.tick, odometry.stamp), clock);

@@ -99,11 +99,11 @@ pub(crate) struct Gateway {
 }
 
 impl Gateway {
-    /// Nothing is known yet; a tick takes `tick_s` seconds.
-    pub(crate) fn new(parts: Parts, tick_s: f64) -> Self {
+    /// Nothing is known yet but where the robot may be; a tick takes `tick_s` seconds.
+    pub(crate) fn new(parts: Parts, start: Option<Start>, tick_s: f64) -> Self {
         let now = Instant::now();
         Self {
-            start: Start::configured(&parts.config).map(|start| (start, None)),
+            start: start.map(|start| (start, None)),
             parts,
             tick_s,
             map: None,
@@ -228,8 +228,7 @@ impl Gateway {
         let said = self.start.as_ref().map(|(start, then)| (start.clone(), *then));
         let known = said.or_else(|| {
             let (belief, then, _) = self.belief.as_ref()?;
-            let pose = Pose2::new(belief.x, belief.y, belief.heading);
-            Some((Start { pose, covariance: belief.covariance.clone() }, Some(*then)))
+            Some((Start::believed(belief)?, Some(*then)))
         });
         let Some((start, then)) = known else {
             let why = "it is not known where the robot is: give an initial pose";
@@ -244,6 +243,7 @@ impl Gateway {
     /// Orders a new run; gives the number of the order.
     fn order(&mut self, start: &Start, destination: Destination) -> Result<u64, Fault> {
         let map = self.map.ok_or_else(|| Fault::new(FaultKind::NotYet, "no map has come"))?;
+        start.check_map(&map.to_string())?;
         let laser = self.parts.robot_state.laser.as_ref();
         let laser =
             laser.ok_or_else(|| Fault::new(FaultKind::NotYet, "no scan that can be used has come"))?;

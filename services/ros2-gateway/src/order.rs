@@ -4,12 +4,14 @@ use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{Footprint, RobotModel};
 use curionav_planning::sensor::LaserModel;
 use curionav_ros2::messages as ros;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
+use curionav_runtime::kept_pose::KeptPose;
 use curionav_runtime::robot_limits::RobotLimits;
-use curionav_schemas::{Clock, F64Array, MapId, MissionOrder, Reject, Value, keys};
+use curionav_schemas::{Belief, Clock, Confidence, F64Array, MapId, MissionOrder, Reject, Value, keys};
 
 use crate::config::{PeopleSource, Ros2Config};
-use crate::fault::Fault;
+use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
 
 /// Roles that every mission needs.
@@ -24,6 +26,8 @@ pub(crate) struct Start {
     pub(crate) pose: Pose2,
     /// Covariance of (x, y, heading), row by row.
     pub(crate) covariance: F64Array,
+    /// The map of a pose that was kept, which the robot may have left since; none of one that is told.
+    pub(crate) kept_on: Option<String>,
 }
 
 impl Start {
@@ -40,7 +44,25 @@ impl Start {
         if !is_one {
             return Err(Fault::malformed("its covariance is none"));
         }
-        Ok(Self { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
+        Ok(Self { pose: planar(&said.pose.pose)?, covariance: covariance.into(), kept_on: None })
+    }
+
+    /// Where the localizer believes the robot to be, unless it does not know.
+    pub(crate) fn believed(belief: &Belief) -> Option<Self> {
+        let pose = Pose2::new(belief.x, belief.y, belief.heading);
+        let is_known = belief.health.confidence != Confidence::Lost;
+        is_known.then(|| Self { pose, covariance: belief.covariance.clone(), kept_on: None })
+    }
+
+    /// Whether it can be used on a map of this hash.
+    ///
+    /// # Errors
+    /// If it was kept on another one.
+    pub(crate) fn check_map(&self, map: &str) -> Result<(), Fault> {
+        if self.kept_on.as_deref().is_none_or(|kept_on| kept_on == map) {
+            return Ok(());
+        }
+        Err(Fault::new(FaultKind::NotYet, "the kept pose is on another map: give an initial pose"))
     }
 
     /// Where the robot is when it is switched on, if its configuration says so.
@@ -50,11 +72,26 @@ impl Start {
         Some(Self::within(Pose2::new(x, y, heading), config.mission.initial_sigma))
     }
 
+    /// Where the robot was last sure to be, if that was kept.
+    pub(crate) fn kept(service: &ServiceConfig, config: &Ros2Config) -> Option<Self> {
+        let path = service.kept_pose()?;
+        let kept = match KeptPose::read(&path) {
+            Ok(kept) => kept.filter(|kept| kept.robot == service.robot)?,
+            Err(error) => {
+                tracing::warn!(%error, "the kept pose is not used");
+                return None;
+            }
+        };
+        tracing::info!(path = %path.display(), "the robot is taken to be where it was last");
+        let start = Self::within(convert::pose(kept.pose), config.mission.initial_sigma);
+        Some(Self { kept_on: Some(kept.map), ..start })
+    }
+
     /// A pose that is known to within these standard deviations.
     fn within(pose: Pose2, sigma: [f64; 3]) -> Self {
         let mut covariance = vec![0.0; 9];
         sigma.iter().enumerate().for_each(|(i, sigma)| covariance[4 * i] = sigma * sigma);
-        Self { pose, covariance: covariance.into() }
+        Self { pose, covariance: covariance.into(), kept_on: None }
     }
 }
 
@@ -112,6 +149,7 @@ impl Orders {
             map,
             initial_pose: convert::pose_to_wire(start.pose),
             initial_covariance: start.covariance.clone(),
+            initial_doubtful: start.kept_on.is_some(),
             goal_x: goal.x,
             goal_y: goal.y,
             goal_heading: heading,

@@ -29,7 +29,7 @@ use crate::gateway::{Gateway, Parts};
 use crate::graph::{Graph, Used};
 use crate::masks::Masks;
 use crate::node::Node;
-use crate::order::Orders;
+use crate::order::{self, Orders};
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
 use crate::robot_state::{Noted, RobotState};
@@ -75,6 +75,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
         let Told { ros2, limits, orders, masks } = Told::read(config)?;
+        let start = order::Start::configured(&ros2).or_else(|| order::Start::kept(config, &ros2));
         let scanner = config.scanner.unwrap_or_default();
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
@@ -123,7 +124,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             driver_client,
             robot_state,
         };
-        let mut gateway = Gateway::new(parts, limits.tick_s);
+        let mut gateway = Gateway::new(parts, start, limits.tick_s);
         let outcome = serve(&mut gateway, &masks, &mut subscriptions, shutdown).await;
         // The base first. The driver is told on a task of its own, which ends with this program.
         if gateway.end() {

@@ -174,6 +174,7 @@ fn order(
         map,
         initial_pose: convert::pose_to_wire(setup.start),
         initial_covariance: covariance.into(),
+        initial_doubtful: false,
         goal_x: setup.goal.x,
         goal_y: setup.goal.y,
         goal_heading: setup.goal_heading,

@@ -4,6 +4,7 @@ mod admission;
 mod backing;
 mod bad_input;
 mod bench;
+mod carried;
 mod closed_output;
 mod deaf_viewers;
 mod deployment;

@@ -63,6 +63,7 @@ pub(crate) fn change_profile(mission: &mut Mission, change: impl FnOnce(&mut Pro
 pub(crate) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
     let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };
     let mut mission = golden::mission();
+    mission.order.initial_doubtful = false;
     mission.order.map = map;
     mission.order.initial_pose = convert::pose_to_wire(Pose2::new(START.x, START.y, 0.0));
     (mission.order.goal_x, mission.order.goal_y, mission.order.goal_heading) = (GOAL.x, GOAL.y, None);

@@ -90,6 +90,11 @@ impl Base {
         self.say_odometry(tick, odometry);
         next(&self.believed, |b| b.tick == tick).await
     }
+
+    /// The next belief of this tick or a later one.
+    pub(super) async fn belief_since(&self, tick: u64) -> Belief {
+        next(&self.believed, |b| b.tick >= tick).await
+    }
 }
 
 pub(super) async fn next<M: curionav_schemas::Message>(inbox: &Inbox<M>, is: impl Fn(&M) -> bool) -> M {

@@ -56,7 +56,10 @@ pub fn initial_belief(mission: &wire::Mission) -> wire::Belief {
             outside_weight: 0.0,
             scan_fit: 0.0,
             particles: 0,
-            confidence: wire::Confidence::Sure,
+            confidence: match mission.order.initial_doubtful {
+                true => wire::Confidence::Doubtful,
+                false => wire::Confidence::Sure,
+            },
         },
     }
 }

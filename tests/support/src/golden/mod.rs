@@ -193,6 +193,7 @@ pub fn mission() -> Mission {
         map: MAP,
         initial_pose: Pose { x: 0.5, y: -0.5, heading: 0.25 },
         initial_covariance: vec![0.25, 0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0625].into(),
+        initial_doubtful: true,
         goal_x: 8.0,
         goal_y: 6.5,
         goal_heading: Some(1.57),

@@ -1,0 +1,91 @@
+//! A robot that is carried off notices it, and drives slowly until it knows where it is.
+
+use std::path::Path;
+
+use super::program::{RunJson, root, run, turn};
+
+/// When it is carried, seconds.
+const AT_S: f64 = 8.0;
+/// What it may drive while it does not know its place, m/s: 0.2, and what the base errs by.
+const SLOW: f64 = 0.21;
+
+/// A training floor, and where the robot is put down.
+const TRIALS: [(&str, &str); 6] = [
+    ("offices-1", "[1.65, 4.05, 1.35]"),
+    ("offices-2", "[23.25, 1.25, 2.6]"),
+    ("shops-1", "[18.05, 5.15, 2.27]"),
+    ("shops-2", "[21.85, 2.15, 0.76]"),
+    ("corridors-1", "[13.95, 0.85, 1.97]"),
+    ("corridors-2", "[25.45, 12.45, -1.94]"),
+];
+
+/// One row of `trajectory.csv`.
+struct Row {
+    time_s: f64,
+    /// Metres between truth and belief.
+    error: f64,
+    /// Greatest standard deviation of the belief's position, metres.
+    sigma: f64,
+    v: f64,
+}
+
+fn rows(folder: &Path) -> Vec<Row> {
+    let text = std::fs::read_to_string(folder.join("trajectory.csv")).unwrap();
+    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let row = |line: &str| {
+        let numbers: Vec<&str> = line.split(',').collect();
+        let at = |name: &str| -> f64 {
+            let column = names.iter().position(|other| *other == name).unwrap();
+            numbers[column].parse().unwrap()
+        };
+        let half = 0.5 * (at("cov_xx") - at("cov_yy"));
+        let worst = 0.5 * (at("cov_xx") + at("cov_yy")) + half.hypot(at("cov_xy"));
+        Row {
+            time_s: at("time_s"),
+            error: (at("true_x") - at("belief_x")).hypot(at("true_y") - at("belief_y")),
+            sigma: worst.sqrt(),
+            v: at("v"),
+        }
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn carried(floor: &str, to: &str) -> (RunJson, Vec<Row>) {
+    let folder = tempfile::tempdir().unwrap();
+    let training = root().join("scenarios/training");
+    let text = std::fs::read_to_string(training.join(format!("{floor}.toml"))).unwrap();
+    let text = text.replace("\"maps/", &format!("\"{}/", training.join("maps").display()));
+    let event = format!("\n[[world.events]]\nat_s = {AT_S}\ncarried_to = {to}\n");
+    let file = folder.path().join("carried.toml");
+    std::fs::write(&file, text + &event).unwrap();
+    let out = folder.path().join("out");
+    let arguments = ["--planner", "curionav", "--seed", "1001", "--out", out.to_str().unwrap()];
+    let (json, _) = run(file.to_str().unwrap(), &arguments);
+    (json, rows(&out))
+}
+
+#[test]
+fn a_robot_that_is_carried_off_says_so_drives_slowly_and_mostly_finds_itself() {
+    let _turn = turn();
+    let mut found_soon = 0;
+    let mut honest = 0;
+    let mut unknown = 0;
+    for (floor, to) in TRIALS {
+        let (json, rows) = carried(floor, to);
+        let lost = rows.iter().filter(|row| row.time_s > AT_S + 0.05 && row.error > 0.5);
+        let found = lost.clone().last().map_or(0.0, |row| row.time_s - AT_S);
+        // After 2 s it has noticed, and from 1 m/s it brakes to 0.2 m/s within 2 s.
+        let fastest =
+            lost.clone().filter(|row| row.time_s > AT_S + 4.0).map(|row| row.v.abs()).fold(0.0, f64::max);
+        println!("{floor}: {}, found after {found:.1} s, {fastest:.2} m/s until then", json.outcome);
+        assert!(fastest <= SLOW, "{floor}: {fastest} m/s while it does not know where it is");
+        assert!(["reached", "lost"].contains(&json.outcome.as_str()), "{floor}: {json:?}");
+        found_soon += usize::from(json.outcome == "reached" && found <= 20.0);
+        let late = lost.filter(|row| row.time_s > AT_S + 2.0);
+        unknown += late.clone().count();
+        honest += late.filter(|row| row.sigma >= row.error / 3.0).count();
+    }
+    println!("{found_soon} of {} found within 20 s; {honest} of {unknown} ticks honest", TRIALS.len());
+    assert!(found_soon >= 4, "{found_soon}");
+    assert!(honest as f64 >= 0.9 * unknown as f64, "{honest} of {unknown}");
+}
