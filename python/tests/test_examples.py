@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from contract import ROOT
-from live import Up, dataset_file
+from live import Up, dataset_file, program
 
 pytestmark = [
     pytest.mark.live,
@@ -63,6 +63,20 @@ def test_jupedsim_as_a_live_crowd(up: Up) -> None:
     dataset_file("maps_nav2_turtlebot/depot.yaml")
     printed = run(up, "jupedsim_crowd", "--seed", "1001")
     assert re.search(r"^reached: 0 collisions, nearest", printed, re.MULTILINE), printed
+
+
+def test_a_picture_of_a_run(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="pip install './python[frames]'")
+    pytest.importorskip("pandas", reason="pip install './python[frames]'")
+    picture = tmp_path / "run.png"
+    command = [sys.executable, str(PYTHON / "examples" / "plot_run.py"), "scenarios/quickstart.toml", str(picture)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=TIMEOUT, check=False, cwd=ROOT,
+        env={**os.environ, "CURIONAV_BIN": str(program())},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout == "reached: 145 ticks, 4 people\n"
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def blocks() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from .words import say
@@ -80,6 +81,30 @@ class ScenarioError(CurionavError, ValueError):
 
 class DatasetError(CurionavError):
     """A file of a dataset is not there, or cannot be downloaded."""
+
+
+class FileError(CurionavError, ValueError):
+    """A file is not what it was taken for.
+
+    Attributes:
+        file: Which file.
+        line: Number of the line at fault, from 1; ``None`` if it is no single line.
+        reason: What is wrong and what mends it, for a person.
+    """
+
+    def __init__(self, file: str | os.PathLike[str], reason: str, line: int | None = None) -> None:
+        super().__init__(f"{file}: {reason}" if line is None else f"{file}, line {line}: {reason}")
+        self.file = file
+        self.line = line
+        self.reason = reason
+
+
+class IncompleteResult(CurionavError, ValueError):  # noqa: N818
+    """A result lacks what a picture or an export needs, such as its trace or the map."""
+
+
+class MissingExtra(CurionavError, ImportError):  # noqa: N818
+    """A library that only an extra of this package brings is not installed; the message names the extra."""
 
 
 class MessageError(CurionavError, ValueError):

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from . import stored_result
 from .array import F64
-from .messages import Contact, Cycles, Measures, PeopleTrace, RunResult
+from .extras import library
+from .messages import Contact, Cycles, Measures, MissionOrder, OccupancyGrid, PeopleTrace, RunResult
+from .plot import draw
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -29,6 +40,8 @@ class Result:
         trace: What happened, one array of shape [rows] per column, one row per tick, of a long run per so many
             ticks: ``time_s``, ``true_x``, ``belief_x`` and so on; m, rad, s.
         people: Where the people were in these rows.
+        order: The mission: goal, tolerance, robot and so on; ``None`` unless the result comes from a recording.
+        grid: The map; ``None`` unless the result comes from a recording.
     """
 
     scenario: str
@@ -43,6 +56,63 @@ class Result:
     decisions_sha256: str
     trace: dict[str, F64]
     people: PeopleTrace
+    order: MissionOrder | None = None
+    grid: OccupancyGrid | None = None
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Result:
+        """The result of a run of the program.
+
+        Args:
+            path: A recording of ``curionav run --record`` (``.mcap``), which has everything; of several runs the last
+                counts. The folder of ``--out`` has no people, no mission and no map. What ``--json`` prints has no
+                trace either.
+
+        Raises:
+            FileError: There is no result, or it is damaged.
+            MissingExtra: It is a recording, and the extra ``frames`` is not installed.
+        """
+        stored = stored_result.read(Path(path))
+        return replace(cls.of(stored.message), order=stored.order, grid=stored.grid)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The trace as a frame of one row per tick; m, rad, s and m/s, as ``docs/measures.md`` says of each column.
+
+        Raises:
+            MissingExtra: pandas is not installed.
+        """
+        frame: pd.DataFrame = library("pandas").DataFrame(self.trace)
+        return frame
+
+    def people_to_pandas(self) -> pd.DataFrame:
+        """Where the people were: columns ``time_s``, ``id``, ``x`` and ``y`` (m), a row per person present and tick.
+
+        Without people, or where they were not stored, it has no rows.
+
+        Raises:
+            MissingExtra: pandas is not installed.
+        """
+        row, person = np.nonzero(self.people.present)
+        columns = {
+            "time_s": self.trace["time_s"][row] if row.size else np.empty(0),
+            "id": self.people.id[person],
+            "x": self.people.xy[row, person, 0].astype(np.float64),
+            "y": self.people.xy[row, person, 1].astype(np.float64),
+        }
+        frame: pd.DataFrame = library("pandas").DataFrame(columns)
+        return frame
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the run from above, in metres: true and believed way, people, contacts, and what is known of the map.
+
+        Args:
+            ax: Where to draw; ``None`` for a new figure of its own.
+
+        Raises:
+            IncompleteResult: The result has no trace.
+            MissingExtra: matplotlib is not installed.
+        """
+        return draw(self, ax)
 
     @classmethod
     def of(cls, message: RunResult) -> Result:
