@@ -86,6 +86,9 @@ def blocks() -> list[str]:
 
 @pytest.mark.parametrize("number", range(len(blocks())))
 def test_the_code_of_the_readme_runs(up: Up, tmp_path: Path, number: int) -> None:
+    if "to_pandas" in blocks()[number]:
+        pytest.importorskip("matplotlib", reason="pip install './python[frames]'")
+        pytest.importorskip("pandas", reason="pip install './python[frames]'")
     # The README connects to where a deployment listens by default; a configuration file says otherwise.
     config = tmp_path / "client.json5"
     config.write_text(

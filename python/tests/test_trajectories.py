@@ -271,6 +271,9 @@ def test_the_command_says_what_is_wrong(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "t.txt").write_text("1 0 0 0\n")
     assert main([str(tmp_path / "t.txt"), str(tmp_path / "out"), "--format", "socnav"]) == 2
     assert "holds people alone" in capsys.readouterr().err
+    (tmp_path / "t.txt").write_text("# framerate: 10\n# robot: id 1\n# x/m\n1 0 0 0\n")
+    assert main([str(tmp_path / "t.txt"), str(tmp_path / "out"), "--format", "recorded"]) == 2
+    assert "would hold nobody" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -55,8 +55,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             write_socnav(_run(options.source), options.target)
             return 0
         tracks = _tracks(options.source, options.frame_rate, options.unit)
-        if not tracks.people().id.size:
-            sys.stderr.write(f"{options.source} has no people; record the run with `curionav run --record`\n")
         if options.format == "pedpy":
             write_pedpy(tracks, options.target)
         elif options.format == "trajnet":

@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 
+from ..errors import FileError
 from .rows import write
 from .tracks import Tracks
 
@@ -17,9 +18,13 @@ def write_recorded(tracks: Tracks, file: str | os.PathLike[str]) -> str:
         The lines of a scenario that play the file, if the scenario lies beside it.
 
     Raises:
-        FileError: The file cannot be written.
+        FileError: There are no people, or the file cannot be written.
     """
     rows, path = tracks.people().by_time(), Path(file)
+    if not rows.id.size:
+        raise FileError(
+            path, "would hold nobody; take people from a file, or from a recording of `curionav run --record`"
+        )
     columns = zip(rows.frame.tolist(), rows.id.tolist(), rows.x.tolist(), rows.y.tolist(), strict=True)
     rate = f"{tracks.frame_rate:.10g}"
     head = [f"# {rate} frames per second", "# frame id x y"]

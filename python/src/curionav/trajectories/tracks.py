@@ -46,7 +46,8 @@ class Tracks:
             raise ValueError("x and y must be finite")
         if self.id.size and self.id.min() < 0:
             raise ValueError(f"id {self.id.min()} is negative")
-        if len(np.unique(np.column_stack([self.id, self.frame]), axis=0)) != self.id.size:
+        span = int(np.ptp(self.frame)) + 1 if self.frame.size else 1
+        if np.unique(self.id * span + self.frame).size != self.id.size:
             raise ValueError("somebody is twice in one frame")
 
     @property
