@@ -17,8 +17,13 @@ if TYPE_CHECKING:
 
     from .result import Result
 
-TRUTH, BELIEF, GOAL, PERSON, CONTACT, INK = "#0072B2", "#D55E00", "#009E73", "#A6457F", "#000000", "#1a1a1a"
-"""Colours of the program's own pictures (``crates/picture/src/palette.rs``), told apart by any colour vision."""
+# The colours of the program's own pictures (``crates/picture/src/palette.rs``), told apart by any colour vision.
+TRUTH = "#0072B2"
+BELIEF = "#D55E00"
+GOAL = "#009E73"
+PERSON = "#A6457F"
+CONTACT = "#000000"
+INK = "#1a1a1a"
 
 MARGIN_M = 1.5
 """Shown around the ways of the robot and the people."""

@@ -84,7 +84,8 @@ def _agreed(file: Path, name: str, said: str | None, given: float | str | None, 
     if name == "unit" and given is not None and given not in _METRES:
         raise FileError(file, f"the unit {given!r} is unknown; use m or cm")
     if said is None and given is None:
-        raise FileError(file, f"does not say its {name}; give {name}=, or add a line such as `{remark}`")
+        option = "--" + name.replace("_", "-")
+        raise FileError(file, f"does not say its {name}; give {name}= or {option}, or add a line such as `{remark}`")
     if said is None:
         assert given is not None
         return given

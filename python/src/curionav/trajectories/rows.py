@@ -11,6 +11,7 @@ from ..errors import FileError
 from .tracks import Tracks
 
 MAX_ID = 2**32 - 1
+"""The greatest id that a scenario's recording may have."""
 
 
 class Rows:

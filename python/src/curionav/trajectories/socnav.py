@@ -20,7 +20,7 @@ from ..array import F64
 from ..errors import FileError, IncompleteResult
 from ..messages import Disc, Footprint, MissionOrder, OccupancyGrid, Polygon
 from ..result import Result
-from .rows import lines_of, number, write
+from .rows import MAX_ID, lines_of, number, write
 from .tracks import Tracks, from_result
 
 OCCUPIED = 50
@@ -160,14 +160,16 @@ def read_socnav(file: str | os.PathLike[str], frame_rate: float | None = None) -
         raise FileError(path, f"sequence[{index}].timestamp is not after the one before; sort the sequence")
     # In microseconds, so that what was 0.1 s apart is so again.
     time_s = np.round(time_s - time_s[0], 6)
-    rate = frame_rate or round((time_s.size - 1) / time_s[-1], 2)
+    rate = round((time_s.size - 1) / time_s[-1], 2) if frame_rate is None else frame_rate
+    if not 0.0 < rate < math.inf:
+        raise FileError(path, f"the frame rate {rate:g} must be above 0")
     ways: dict[int, F64] = {}
     robot = np.array(
         [[_number(path, index, entry.get("robot"), name) for name in "xy"] for index, entry in enumerate(sequence)]
     )
     for index, entry in enumerate(sequence):
         for person in entry.get("people") or []:
-            one = int(_number(path, index, person, "id"))
+            one = _id(path, index, person)
             way = ways.setdefault(one, np.full((time_s.size, 2), np.nan))
             if not np.isnan(way[index]).all():
                 raise FileError(path, f"sequence[{index}].people has the id {one} twice; keep one of them")
@@ -200,6 +202,13 @@ def _sequence(file: Path) -> list[dict[str, Any]]:
         if not isinstance(entry, dict):
             raise FileError(file, f"sequence[{index}] is no object with `timestamp`, `robot` and `people`")
     return sequence
+
+
+def _id(file: Path, index: int, person: Any) -> int:
+    one = _number(file, index, person, "id")
+    if one != int(one) or not 0 <= one <= MAX_ID:
+        raise FileError(file, f"sequence[{index}].people: {one:g} is no id; ids are whole numbers from 0 to {MAX_ID}")
+    return int(one)
 
 
 def _number(file: Path, index: int, holder: Any, name: str) -> float:

@@ -87,7 +87,7 @@ def read_trajnet(file: str | os.PathLike[str], frame_rate: float | None = None) 
             rates.add(number(path, line, scene["fps"], "scene.fps"))
     if frame_rate is None and len(rates) != 1:
         said = f"its scenes have the rates {sorted(rates)}" if rates else "its scenes have no `fps`"
-        raise FileError(path, f"{said}; give frame_rate=, the number of frames per second")
+        raise FileError(path, f"{said}; give frame_rate= or --frame-rate, in frames per second")
     tracks = rows.tracks(1.0)
     return rows.tracks(rates.pop() * _step(tracks) if frame_rate is None else frame_rate)
 
