@@ -52,4 +52,5 @@ pub use confidence::Confidence;
 pub use estimate::{Estimate, Health};
 pub use localizer::Localizer;
 pub use params::{LaserLikelihood, LocalizerParams};
+pub use refine::ScanMatcher;
 pub use scan::Scan;

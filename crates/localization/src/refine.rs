@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Direction, Point2, Pose2, wrap_angle};
+use curionav_planning::occupancy::StaticMap;
 use curionav_planning::sensor::LaserModel;
 
 use crate::scan::Scan;
@@ -56,10 +57,41 @@ struct Fit {
     fitting: usize,
 }
 
+/// A pose around another at which enough of a scan fits.
+struct Found {
+    pose: Pose2,
+    /// Whether it fits better there than at the other.
+    is_better: bool,
+}
+
+/// Finds where scans fit a map, whatever odometry says: to fit a robot's parameters to a log.
+pub struct ScanMatcher(Surfaces);
+
+/// Deviation of the pose that a match begins from, metres and radians: what a late laser makes of it.
+const NEAR: Vector3<f64> = Vector3::new(0.15, 0.15, 0.1);
+
+impl ScanMatcher {
+    /// Of scans on this map.
+    pub fn new(map: &StaticMap) -> Self {
+        Self(Surfaces::new(map))
+    }
+
+    /// The pose around `pose`, map frame, at which the scan fits best; none where that is not clear.
+    pub fn near(&self, pose: Pose2, scan: &Scan<'_>) -> Option<Pose2> {
+        let covariance = Matrix3::from_diagonal(&NEAR.component_mul(&NEAR));
+        let found = self.0.search(pose, &covariance, scan)?;
+        Some(if found.is_better { found.pose } else { pose })
+    }
+}
+
 impl Surfaces {
     /// The pose around `pose`, known with this covariance, at which `scan` fits the map best; none if too little of
     /// the scan fits, or if it fits no better.
     pub(crate) fn refined(&self, pose: Pose2, covariance: &Matrix3<f64>, scan: &Scan<'_>) -> Option<Pose2> {
+        self.search(pose, covariance, scan).filter(|found| found.is_better).map(|found| found.pose)
+    }
+
+    fn search(&self, pose: Pose2, covariance: &Matrix3<f64>, scan: &Scan<'_>) -> Option<Found> {
         let ends = ends(scan);
         let information = covariance.try_inverse()?;
         let before = self.fit(pose, &ends, SCALE_M);
@@ -76,8 +108,8 @@ impl Surfaces {
         let after = self.fit(best, &ends, SCALE_M);
         let enough = ((SHARE_MIN * ends.len() as f64) as usize).max(FITTING_MIN);
         let moved = (offset.transpose() * information * offset).x;
-        let is_better = after.error + moved < before.error && after.fitting >= enough && moved <= MOVED_MAX;
-        is_better.then_some(best)
+        let is_better = after.error + moved < before.error;
+        (after.fitting >= enough && moved <= MOVED_MAX).then_some(Found { pose: best, is_better })
     }
 
     fn fit(&self, pose: Pose2, ends: &[End], scale: f64) -> Fit {

@@ -3,7 +3,7 @@
 use curionav_planning::sensor::LaserModel;
 
 curionav_planning::parameters! {
-    /// The least that a scan of the robot's laser shows. A scan that shows less counts as blind, and the driver stops
+    /// What a scan of the robot's laser shows at least, and how late it says so. A scan that shows less counts as blind, and the driver stops
     /// the robot. The defaults are such as usual planar lasers meet: 3.5 m and 5 scans a second at least, and 180
     /// degrees or more.
     #[derive(Copy)]
@@ -18,6 +18,9 @@ curionav_planning::parameters! {
         pub valid_share: f64 [0.0, 1.0, "", "a share of all beams"] = 0.5,
         /// Least number of scans per second of the robot's clock. A base with fewer ticks gives as many as ticks.
         pub rate: f64 [0.0, 100.0, "Hz", "0 judges no rate; planar lasers turn at most so fast"] = 4.0,
+        /// How long before its stamp a scan was taken, seconds: drivers of lasers stamp late. `curionav localize --fit`
+        /// estimates it from a log. The gateway of ROS 2 corrects for it.
+        pub delay_s: f64 [0.0, 1.0, "s", "a later scan shows another place"] = 0.0,
     }
 }
 

@@ -32,5 +32,6 @@ mod sensor_config;
 mod sensor_intake;
 mod service;
 mod subscriptions;
+mod sweep;
 
 pub use service::{check, run};

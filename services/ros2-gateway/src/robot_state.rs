@@ -30,6 +30,7 @@ use crate::problem::{Problem, ProblemKind, Problems};
 use crate::robot_clock::{Moment, RobotClock, Sample};
 use crate::sensing;
 use crate::sensor_intake::Said;
+use crate::sweep::Sweep;
 
 /// A scan or people whose stamp lies farther from the robot's clock are of no use, seconds.
 const STALE: f64 = 0.5;
@@ -62,7 +63,7 @@ pub(crate) struct RobotState {
     /// The clock of its odometry.
     pub(crate) clock: RobotClock,
     /// The newest scan, until odometry gives it a tick.
-    waiting: Option<Scan>,
+    waiting: Option<Sweep>,
     /// What sees besides the scanner.
     further: FurtherSensors,
     /// Of its own disc, metres.
@@ -75,8 +76,8 @@ pub(crate) struct RobotState {
     /// When the log last had a line about a topic, and what, unless that is over.
     said: Mutex<BTreeMap<String, (Instant, String)>>,
     ticks: Counter,
-    /// Least share of a scan's beams that say anything.
-    valid_share: f64,
+    /// What its laser shows at least, and how late.
+    scanner: ScannerLimits,
     /// What is wrong.
     pub(crate) problems: Arc<Mutex<Problems>>,
 }
@@ -110,7 +111,7 @@ impl RobotState {
             said: Mutex::default(),
             refused: noted.refused,
             ticks: noted.ticks,
-            valid_share: scanner.valid_share,
+            scanner: *scanner,
             problems: noted.problems,
         })
     }
@@ -171,17 +172,19 @@ impl RobotState {
 
     /// A scan waits for the next odometry, which says where the robot was when it was taken.
     pub(crate) fn scan(&mut self, scan: &ros::LaserScan) {
-        let read = sensing::scan(scan, &self.frames, &self.config.frames.base, self.valid_share);
+        let read = sensing::scan(scan, &self.frames, &self.config.frames.base, self.scanner.valid_share);
+        let beam_s = f64::from(scan.time_increment);
         let read = read.and_then(|wire| {
             let seen = convert::scan(&wire, self.config.mission.range_sigma);
             let (_, laser) = seen.map_err(|reject| Fault::unusable(reject.to_string()))?;
             let (stamp, _) = self.fresh(scan.header.stamp)?;
-            Ok((Scan { stamp, ..wire }, laser))
+            let scan = Scan { stamp: stamp - self.scanner.delay_s, ..wire };
+            Ok((Sweep { scan, beam_s }, laser))
         });
-        if let Some((scan, laser)) = self.used(&self.config.topics.scan, read) {
+        if let Some((sweep, laser)) = self.used(&self.config.topics.scan, read) {
             self.gate.heard(Source::Scan);
             self.laser = Some(laser);
-            self.waiting = Some(scan);
+            self.waiting = Some(sweep);
         }
     }
 
@@ -206,7 +209,7 @@ impl RobotState {
             }
             Said::Scan(scan) => {
                 let base = &self.config.frames.base;
-                let read = sensing::scan(scan, &self.frames, base, self.valid_share)?;
+                let read = sensing::scan(scan, &self.frames, base, self.scanner.valid_share)?;
                 (&scan.header, further_sensing::scan(read, self.radius))
             }
             Said::Range(range) => {
@@ -283,7 +286,7 @@ impl RobotState {
     fn publish(&mut self, sample: &Sample) {
         let Sample { tick, stamp, pose, twist } = *sample;
         if let Some(scan) = self.waiting.take()
-            && let Some(scan) = self.clock.seen_at(sample, scan)
+            && let Some(scan) = scan.seen_at(&self.clock, sample)
         {
             self.scans.publish(&scan, Clock::Realtime);
         }

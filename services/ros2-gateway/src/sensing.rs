@@ -14,6 +14,8 @@ use crate::frames::{FrameTree, Mount, planar};
 
 /// How far `angle_max` may be off, steps of the scan: drivers of lasers count the beams or the gaps between them.
 const ANGLE_MAX_SLACK: f64 = 1.01;
+/// The beams of one scan take no longer, seconds.
+const SWEEP_MAX_S: f64 = 1.0;
 /// How far the frame of odometry may lie from the robot's, m and rad.
 const SAME_PLACE: f64 = 0.01;
 
@@ -65,6 +67,11 @@ fn is_coherent(scan: &ros::LaserScan) -> Result<(), Fault> {
     let numbers = [angle_min, angle_max, angle_increment, range_min, range_max];
     if !numbers.into_iter().all(f32::is_finite) || range_min < 0.0 || range_max <= range_min {
         return Err(Fault::malformed("the scan's angles and ranges describe no scanner"));
+    }
+    let sweep = f64::from(scan.time_increment) * scan.ranges.len() as f64;
+    if !(-SWEEP_MAX_S..=SWEEP_MAX_S).contains(&sweep) {
+        let detail = format!("time_increment is {} s, so its beams take {sweep:.1} s", scan.time_increment);
+        return Err(Fault::malformed(detail));
     }
     if scan.ranges.is_empty() {
         return Err(Fault::unusable("the scan has no beams"));

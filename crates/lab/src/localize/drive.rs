@@ -27,12 +27,15 @@ pub(super) struct Filter {
 }
 
 /// A log, and what drives it.
+#[derive(Clone)]
 pub(super) struct Drive {
     pub(super) log_name: String,
     pub(super) map_name: Option<String>,
     /// Where the picture of the tracks goes.
     pub(super) picture: String,
     pub(super) log: Log,
+    /// How long before their stamps its scans were taken, seconds.
+    pub(super) delay_s: f64,
     pub(super) references_are: String,
     pub(super) map: StaticMap,
     pub(super) start: Start,
@@ -43,7 +46,7 @@ pub(super) struct Drive {
 impl Drive {
     pub(super) fn track(&self, seed: u64, progress: impl FnMut(usize)) -> anyhow::Result<Track> {
         let filter = Filter { params: self.params.clone(), noise: self.noise, seed };
-        Track::of(&self.log, &self.map, self.start, filter, progress)
+        Track::of(&self.log.delayed(self.delay_s), &self.map, self.start, filter, progress)
     }
 }
 

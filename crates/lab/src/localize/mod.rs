@@ -1,6 +1,9 @@
 //! `curionav localize`: the localiser on a log of a robot.
 
 mod drive;
+mod fit;
+mod least_squares;
+mod robot_file;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -11,7 +14,6 @@ use curionav_deployment::files::{self, MapFiles};
 use curionav_localization::LocalizerParams;
 use curionav_picture::{Track as DrawnTrack, tracks_svg};
 use curionav_planning::geometry::Pose2;
-use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters;
 use curionav_runtime::convert;
@@ -23,6 +25,8 @@ use crate::robot_log::arguments::{LogFiles, pose, range_max, within};
 use crate::robot_log::carmen::Scanner;
 use crate::robot_log::{Log, Recorded, recorded};
 use drive::{Drive, Start, Track, by_odometry};
+use fit::Fitted;
+use robot_file::RobotFile;
 use summary::Summary;
 
 /// What every MCAP file begins with.
@@ -39,6 +43,8 @@ const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 ///   curionav localize --map intel.yaml intel.log --reference intel.corrected.log
 ///   curionav localize --map intel.yaml intel.log --global --seeds 5
 ///   curionav localize monday.mcap --robot porter-3
+///   curionav localize --map intel.yaml intel.log --seconds 0,600 --fit r1.toml
+///   curionav localize --map intel.yaml intel.log --seconds 600,2700 --robot-file r1.toml
 ///
 /// Odometry is composed from its increments, so a log whose odometry begins anew goes on. Broken lines, gaps and clocks
 /// that were set back are counted and mended or left out.
@@ -74,8 +80,20 @@ pub struct Options {
     range_max: f64,
     /// How many times greater than the simulated robot's the variances of odometry are. Five fits the bases of most
     /// published logs.
-    #[arg(long, value_name = "N", default_value_t = 5.0, value_parser = odometry_noise)]
+    #[arg(long, value_name = "N", default_value_t = 5.0, value_parser = odometry_noise, conflicts_with = "robot_file")]
     odometry_noise: f64,
+    /// How long before their stamps scans were taken, seconds.
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = laser_delay, conflicts_with = "robot_file")]
+    laser_delay: f64,
+    /// The robot's configuration, such as one that --fit wrote: noise of odometry and delay of the laser.
+    #[arg(long, value_name = "FILE")]
+    robot_file: Option<PathBuf>,
+    /// Fit noise of odometry and delay of the laser to the log, and write them into this file (.toml).
+    #[arg(long, value_name = "FILE")]
+    fit: Option<PathBuf>,
+    /// Only the part of the log between these times, seconds after its first scan.
+    #[arg(long, value_name = "FROM,TO", value_parser = part)]
+    seconds: Option<(f64, f64)>,
     /// Parameters of the localiser (.toml), as in the table `localizer` of a scenario.
     #[arg(long, value_name = "FILE")]
     localizer: Option<PathBuf>,
@@ -93,6 +111,18 @@ pub struct Options {
     json: bool,
 }
 
+fn laser_delay(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 1.0)
+}
+
+fn part(text: &str) -> Result<(f64, f64), String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    match numbers.as_deref() {
+        Ok(&[from, to]) if 0.0 <= from && from < to => Ok((from, to)),
+        _ => Err("give two times with a comma between them, such as 0,300".into()),
+    }
+}
+
 fn odometry_noise(text: &str) -> Result<f64, String> {
     within(text, 0.0, 10_000.0)
 }
@@ -106,6 +136,9 @@ pub type RecordingReader = dyn Fn(&Path, Option<&str>) -> anyhow::Result<Recorde
 /// Bad input if log, recording, map or parameters cannot be used; failed if the picture cannot be written.
 pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit> {
     let drive = read(options, reader).map_err(Exit::bad_input)?;
+    if let Some(file) = &options.fit {
+        return fit(&drive, options.seed, file);
+    }
     let count = drive.log.readings.len() as u64;
     let style =
         ProgressStyle::with_template("{bar:40} {percent} % {elapsed} left {eta}").map_err(Exit::failed)?;
@@ -133,12 +166,33 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
     Ok(if summaries.iter().any(Summary::is_lost) { FAILED } else { SUCCESS })
 }
 
+/// Fits the log, writes what was found into `file`, and prints it.
+fn fit(drive: &Drive, seed: u64, file: &Path) -> Result<u8, Exit> {
+    let bar = ProgressBar::new_spinner();
+    bar.set_message("fitting");
+    let count = drive.log.readings.len();
+    let fitted = Fitted::of(drive, seed, |done| {
+        bar.set_message(format!(
+            "fitting: drive {} of {}",
+            done.saturating_sub(1) / count + 1,
+            Fitted::DRIVES
+        ));
+        bar.tick();
+    });
+    let fitted = fitted.map_err(Exit::bad_input)?;
+    bar.finish_and_clear();
+    let said = fitted.toml(&drive.log_name);
+    files::write(file, &said).map_err(Exit::failed)?;
+    print(format_args!("{said}\nwritten to {}", file.display()))?;
+    Ok(SUCCESS)
+}
+
 fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
     let scanner = Scanner { range_max: options.range_max, robot_from_laser: options.laser };
     let files = LogFiles { log: &options.path, reference: options.reference.as_deref(), scanner };
     let mut map = None;
     let mut references_are = "poses of the log".to_owned();
-    let log = if files::begins_with(&options.path, MCAP_MAGIC)? {
+    let mut log = if files::begins_with(&options.path, MCAP_MAGIC)? {
         let recorded = reader(&options.path, options.robot.as_deref())?;
         let log = recorded::log(&recorded, scanner);
         let (mut log, what) = log.with_context(|| options.path.display().to_string())?;
@@ -150,6 +204,10 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
     };
     if let Some(path) = &options.reference {
         references_are = format!("poses of {}", path.display());
+    }
+    if let Some((from, to)) = options.seconds {
+        log = log.part(from, to);
+        anyhow::ensure!(!log.readings.is_empty(), "--seconds: the log has no scan between these times");
     }
     let grid = match (&options.map, map) {
         (Some(path), _) => MapFiles::read(path)?.grid()?,
@@ -164,12 +222,9 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
         }
         None => LocalizerParams::default(),
     };
-    let simulated = OdometryNoise::default();
-    let noise = OdometryNoise {
-        position_per_metre: options.odometry_noise * simulated.position_per_metre,
-        position_per_radian: options.odometry_noise * simulated.position_per_radian,
-        heading_per_metre: options.odometry_noise * simulated.heading_per_metre,
-        heading_per_radian: options.odometry_noise * simulated.heading_per_radian,
+    let RobotFile { noise, delay_s } = match &options.robot_file {
+        Some(path) => RobotFile::read(path)?,
+        None => RobotFile::of_arguments(options.odometry_noise, options.laser_delay),
     };
     let start = match (options.start, log.readings.iter().find_map(|reading| reading.reference)) {
         _ if options.global => Start::Anywhere,
@@ -184,6 +239,7 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<Drive> {
         map_name: options.map.as_ref().map(|map| map.display().to_string()),
         picture: options.out.display().to_string(),
         log,
+        delay_s,
         references_are,
         map,
         start,

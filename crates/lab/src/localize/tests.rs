@@ -2,6 +2,7 @@ use std::fmt::Write;
 
 use curionav_crowdsim::{Scenario, World};
 use curionav_planning::geometry::Twist;
+use curionav_planning::motion::OdometryNoise;
 use curionav_planning::random::{rng, uniform};
 
 use super::drive::{Consistency, Errors, Filter};
@@ -164,4 +165,68 @@ fn poses_are_three_numbers() {
     for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "nan,0,0"] {
         assert!(pose(wrong).is_err(), "{wrong}");
     }
+}
+
+/// The same drive, with scans that come so many readings late.
+fn late(log: &Log, readings: usize) -> Log {
+    let mut late = log.clone();
+    for (k, reading) in late.readings.iter_mut().enumerate() {
+        reading.ranges = log.readings[k.saturating_sub(readings)].ranges.clone();
+    }
+    late
+}
+
+fn drive_of(log: Log, map: StaticMap, delay_s: f64) -> Drive {
+    let start = Start::At(log.readings[0].reference.unwrap());
+    Drive {
+        log_name: "log".into(),
+        map_name: None,
+        picture: String::new(),
+        references_are: String::new(),
+        params: LocalizerParams::default(),
+        noise: filter().noise,
+        log,
+        delay_s,
+        map,
+        start,
+    }
+}
+
+#[test]
+fn a_fit_finds_the_delay_of_the_laser_and_the_noise_of_odometry() {
+    let (map, lines) = foyer(false);
+    let log = parsed(&lines);
+    let simulated = OdometryNoise::default();
+    for (readings, delay) in [(0, 0.0), (1, 0.1), (2, 0.2)] {
+        let drive = drive_of(late(&log, readings), map.clone(), 0.0);
+        let found = Fitted::of(&drive, 1, |_| {}).unwrap();
+        println!("{delay} s late: {found:?}");
+        assert!((found.delay_s - delay).abs() <= 0.02, "{delay}: {found:?}");
+        assert!((0.98..1.02).contains(&found.odometry_scale), "{found:?}");
+        assert!(found.laser.position().distance(Default::default()) < 0.1, "{found:?}");
+        let heading = found.noise.heading_per_metre + found.noise.heading_per_radian;
+        let share = heading / (simulated.heading_per_metre + simulated.heading_per_radian);
+        assert!((0.2..5.0).contains(&share), "{found:?}");
+        let aware = drive_of(late(&log, readings), map.clone(), found.delay_s);
+        let track = aware.track(1, |_| {}).unwrap();
+        let pairs: Vec<_> =
+            track.poses.iter().zip(&log.readings).map(|(pose, r)| (*pose, r.reference.unwrap())).collect();
+        let consistency = Consistency::of(&pairs, &track.covariances).unwrap();
+        println!("{consistency:?}");
+        assert!(consistency.mean < 4.0, "{delay}: {consistency:?}");
+    }
+}
+
+#[test]
+fn what_a_fit_writes_is_read_as_the_robots_file() {
+    let noise = OdometryNoise { position_per_metre: 0.02, ..OdometryNoise::default() };
+    let fitted = Fitted { noise, delay_s: 0.125, laser: Pose2::default(), odometry_scale: 1.01 };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r1.toml");
+    std::fs::write(&path, fitted.toml("a.log")).unwrap();
+    let read = RobotFile::read(&path).unwrap();
+    assert_eq!((read.noise, read.delay_s), (noise, 0.125));
+    std::fs::write(&path, "[scanner]\ndelay_s = -1.0\n").unwrap();
+    let error = RobotFile::read(&path).err().unwrap().to_string();
+    assert!(error.contains("r1.toml") && error.contains("scanner.delay_s"), "{error}");
 }

@@ -127,6 +127,35 @@ impl Log {
         poses.map(|[a, b]| a.position().distance(b.position())).sum()
     }
 
+    /// Odometry at a time between readings, on the straight line; before the first and after the last it stands.
+    pub(crate) fn odometry_at(&self, stamp: f64) -> Pose2 {
+        let next = self.readings.partition_point(|reading| reading.stamp <= stamp);
+        let Some(before) = next.checked_sub(1) else { return self.readings[0].odometry };
+        let before = &self.readings[before];
+        let Some(after) = self.readings.get(next) else { return before.odometry };
+        let share = (stamp - before.stamp) / (after.stamp - before.stamp);
+        before.odometry.toward(after.odometry, share)
+    }
+
+    /// The log of a laser that saw its scans so much earlier than they are stamped, seconds: its place on the robot is
+    /// the one it had then.
+    pub(crate) fn delayed(&self, delay_s: f64) -> Self {
+        let mut log = self.clone();
+        for (reading, now) in log.readings.iter_mut().zip(&self.readings) {
+            let then = self.odometry_at(now.stamp - delay_s);
+            let moved = now.odometry.relative(then);
+            reading.laser.robot_from_laser = moved.compose(now.laser.robot_from_laser);
+        }
+        log
+    }
+
+    /// The part of the log between two times, seconds after its first scan.
+    pub(crate) fn part(mut self, from_s: f64, to_s: f64) -> Self {
+        let begins = self.readings.first().map_or(0.0, |reading| reading.stamp);
+        self.readings.retain(|reading| (from_s..=to_s).contains(&(reading.stamp - begins)));
+        self
+    }
+
     /// Takes the references of another log of the same scans, such as the one that a map builder has corrected: those
     /// nearest in time, if they are within 0.05 s. Says how many there were.
     pub(crate) fn take_references(&mut self, stamps_and_poses: &[(f64, Pose2)]) -> usize {
@@ -209,6 +238,15 @@ mod tests {
         let times = [10.0, 10.2, 10.1, 3.0, 3.2].map(|stamp| clock.time(stamp));
         assert_eq!(times.map(|time| (10.0 * time).round() / 10.0), [10.0, 10.2, 10.1, 10.2, 10.4]);
         assert_eq!(clock.set_back, 1);
+    }
+
+    #[test]
+    fn a_late_laser_sits_where_it_was() {
+        let log = of(&[(0.0, 0.0), (0.2, 0.1), (0.4, 0.3), (0.6, 0.5)]).delayed(0.3);
+        let x: Vec<f64> = log.readings.iter().map(|r| r.laser.robot_from_laser.x).collect();
+        // At 0.1 s it was at 0.05 m, at 0.3 s at 0.2 m; before the first reading it stood.
+        let expected = [0.0, -0.1, -0.25, -0.3];
+        assert!(x.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-12), "{x:?}");
     }
 
     #[test]
