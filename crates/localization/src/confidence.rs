@@ -28,7 +28,9 @@ const POOR_FIT: f64 = 0.7;
 /// Doubts begin above this probability of being elsewhere.
 const DOUBTED_ABOVE: f64 = 0.05;
 /// Above it the robot is lost.
-const LOST_ABOVE: f64 = 0.5;
+const LOST_ABOVE: f64 = 0.8;
+/// Where a search has found no better place, the robot is elsewhere with this probability at most.
+const AFTER_SEARCH: f64 = 0.25;
 /// A level is left at this share of the limit by which it was entered, so that it does not flicker.
 const RELEASED_AT: f64 = 0.6;
 /// The mean fit that ends a doubt about the map.
@@ -39,12 +41,14 @@ const GOOD_FIT: f64 = 0.75;
 pub(crate) struct Trust {
     mean_fit: f64,
     elsewhere: f64,
+    /// Whether all of the map has been searched since scans stopped fitting.
+    has_searched: bool,
     confidence: Confidence,
 }
 
 impl Default for Trust {
     fn default() -> Self {
-        Self { mean_fit: 1.0, elsewhere: 0.0, confidence: Confidence::Sure }
+        Self { mean_fit: 1.0, elsewhere: 0.0, has_searched: false, confidence: Confidence::Sure }
     }
 }
 
@@ -56,11 +60,23 @@ impl Trust {
         self.mean_fit += weight * (fit - self.mean_fit);
         let share = self.mean_fit / usual.max(f64::MIN_POSITIVE);
         self.elsewhere = ((USUAL_FIT - share) / (USUAL_FIT - FIT_OF_ANY_PLACE)).clamp(0.0, 1.0);
+        self.has_searched &= self.elsewhere > 0.0;
     }
 
-    /// The probability that the robot is at a place that nobody follows, as the fit tells it.
+    /// All of the map has been searched for places that explain the scans. Those that may are followed from now on.
+    pub(crate) fn has_searched_everywhere(&mut self) {
+        self.has_searched = self.elsewhere > 0.0;
+    }
+
+    /// Whether scans have stopped fitting, and nothing has been searched since.
+    pub(crate) fn awaits_search(&self) -> bool {
+        self.elsewhere > 0.0 && !self.has_searched
+    }
+
+    /// The probability that the robot is at a place that nobody follows, as the fit tells it. After a search it is the map
+    /// that may be wrong.
     pub(crate) fn elsewhere(&self) -> f64 {
-        self.elsewhere
+        if self.has_searched { self.elsewhere.min(AFTER_SEARCH) } else { self.elsewhere }
     }
 
     /// Sets the level by the probability that the robot is not where the estimate is.
@@ -128,6 +144,17 @@ mod tests {
             trust.observe(0.6, 1.0, 0.2, 0.6);
         }
         assert_eq!((trust.elsewhere(), trust.judge(0.0)), (0.0, Confidence::Doubtful));
+    }
+
+    #[test]
+    fn after_a_search_it_may_be_the_map_that_is_wrong() {
+        let mut trust = Trust::default();
+        assert_eq!(after(&mut trust, 0.3, 20), Confidence::Lost);
+        assert!(trust.awaits_search());
+        trust.has_searched_everywhere();
+        assert_eq!((after(&mut trust, 0.3, 5), trust.awaits_search()), (Confidence::Doubtful, false));
+        assert_eq!(after(&mut trust, 0.95, 20), Confidence::Sure);
+        assert_eq!(after(&mut trust, 0.3, 20), Confidence::Lost);
     }
 
     #[test]

@@ -356,7 +356,9 @@ impl Localizer {
         }
         let doubted_metres = self.recovery.doubted_metres(&self.params);
         // An estimate that a search has found lately is judged as any other place.
-        let is_lost = self.health.confidence == Confidence::Lost && self.unconfirmed == 0.0;
+        let is_lost = self.health.confidence == Confidence::Lost
+            && self.unconfirmed == 0.0
+            && self.trust.awaits_search();
         let doubted_metres = doubted_metres.or((self.unconfirmed > 0.0 || is_lost).then_some(0.0));
         let wish = match self.is_placed {
             true => self.search_plan.next(doubted_metres, is_lost, self.pose, &self.params),
@@ -375,6 +377,9 @@ impl Localizer {
         }
         let Some(search) = self.search.take() else { return };
         let found = search.found(&self.field, &self.params);
+        if found.is_everywhere {
+            self.trust.has_searched_everywhere();
+        }
         self.take_up(&found);
     }
 

@@ -51,6 +51,7 @@ pub(crate) struct Relocalisation {
     /// Odometry at its scan.
     odometry: Pose2,
     odds: f64,
+    is_everywhere: bool,
 }
 
 /// Places found, as of the scan that was searched for.
@@ -59,6 +60,8 @@ pub(crate) struct Found {
     pub(crate) poses: Vec<Pose2>,
     pub(crate) odometry: Pose2,
     pub(crate) odds: f64,
+    /// Whether all of the map was searched.
+    pub(crate) is_everywhere: bool,
 }
 
 /// When to search next.
@@ -108,7 +111,8 @@ impl SearchPlan {
         if self.metres < AFTER_M && !(is_lost && self.seconds >= LOST_AFTER_S) {
             return None;
         }
-        self.was_near = !self.was_near;
+        // A robot that has just got lost may have been carried.
+        self.was_near = !self.was_near && !is_lost;
         let width = REACH * (1.0 + WIDENING * doubted_metres);
         let near = Region::Around {
             pose,
@@ -141,7 +145,8 @@ impl Relocalisation {
         let ends: &[Point2] = &seen.ends;
         let limits = Limits { wanted: FOUND_MAX, behind: BEHIND, steps: STEPS_MAX };
         let search = PoseSearch::new(ends, resolution, region, limits);
-        (ends.len() >= ENDS_MIN).then_some(Self { search, seen, odometry, odds })
+        let is_everywhere = matches!(region, Region::Everywhere);
+        (ends.len() >= ENDS_MIN).then_some(Self { search, seen, odometry, odds, is_everywhere })
     }
 
     /// Goes on as `seconds` have passed on the robot's clock. Whether the search has ended.
@@ -152,7 +157,7 @@ impl Relocalisation {
 
     /// What it has found, compared with the whole scan.
     pub(crate) fn found(self, field: &LikelihoodField, params: &LocalizerParams) -> Found {
-        let Self { search, seen, odometry, odds } = self;
+        let Self { search, seen, odometry, odds, is_everywhere } = self;
         let mut scored: Vec<(f64, Pose2)> = search
             .found()
             .into_iter()
@@ -165,6 +170,6 @@ impl Relocalisation {
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
         let least = scored.first().map_or(0.0, |best| best.0 - LESS_LIKELY);
         let poses = scored.into_iter().take_while(|(log, _)| *log >= least).map(|(_, pose)| pose).collect();
-        Found { poses, odometry, odds }
+        Found { poses, odometry, odds, is_everywhere }
     }
 }
