@@ -1,13 +1,13 @@
 // nav2_amcl's particle filter as a peer of python/benchmarks/localisation_peers.py, which describes what is read and
 // printed.
 //
-// The filter, likelihood field and motion model are nav2_amcl's own sources, compiled as they are. They are LGPL, and no
-// part of this project: build_nav2_amcl.sh beside this file compiles them from a checkout. What stands here is what
+// The filter, likelihood field and motion model are nav2_amcl's own sources, compiled as they are. They are LGPL, and
+// no part of this project: build_nav2_amcl.sh beside this file compiles them from a checkout. What stands here is what
 // amcl_node.cpp does between its messages (commit a3a97043ee93d92fe8d70ec56d183933169beb1c), without ROS:
 //
 // - Every parameter is the default that amcl_node.cpp declares: laser_model_type likelihood_field, max_beams 60,
-//   sigma_hit 0.2, z_hit and z_rand 0.5, laser_likelihood_max_dist 2.0, differential motion with every alpha 0.2, 500 to
-//   2000 particles, pf_err 0.05, pf_z 0.99, no random poses, resampling at each update, update_min_d 0.25,
+//   sigma_hit 0.2, z_hit and z_rand 0.5, laser_likelihood_max_dist 2.0, differential motion with every alpha 0.2, 500
+//   to 2000 particles, pf_err 0.05, pf_z 0.99, no random poses, resampling at each update, update_min_d 0.25,
 //   update_min_a 0.2, and 0.5 m and 15 degrees of standard deviation at a given start.
 // - From anywhere it has up to 20,000 particles, ten times Nav2's default, at first evenly over free cells.
 // - pf_init() seeds the random numbers with the count of its calls. So the start is drawn here, from the same Gaussian,
