@@ -94,24 +94,49 @@ impl Trust {
     }
 }
 
-/// One part of a belief.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Part {
-    pub(crate) weight: f64,
-    pub(crate) pose: Pose2,
-    pub(crate) covariance: Matrix3<f64>,
+/// Where more weight than this lies outside the estimate, the covariance that is told is that of all places.
+pub(crate) const MIXED_ABOVE: f64 = 0.05;
+
+/// Where the robot may be besides the place of the estimate.
+#[derive(Debug, Default)]
+pub(crate) struct Elsewhere {
+    places: Vec<Place>,
 }
 
-/// The second moment of all parts about `pose`, (x, y, heading): m2, m rad, rad2.
-pub(crate) fn spread_about(pose: Pose2, parts: &[Part]) -> Matrix3<f64> {
-    let total: f64 = parts.iter().map(|part| part.weight).sum();
-    let mut spread = Matrix3::zeros();
-    for part in parts {
-        let turned = wrap_angle(part.pose.heading - pose.heading);
-        let off = Vector3::new(part.pose.x - pose.x, part.pose.y - pose.y, turned);
-        spread += (part.covariance + off * off.transpose()) * (part.weight / total);
+/// One place, or many, that a robot may be at.
+#[derive(Debug)]
+struct Place {
+    weight: f64,
+    pose: Pose2,
+    covariance: Matrix3<f64>,
+}
+
+impl Elsewhere {
+    pub(crate) fn clear(&mut self) {
+        self.places.clear();
     }
-    spread
+
+    /// Adds a belief of this weight, by its mean and covariance.
+    pub(crate) fn add(&mut self, weight: f64, (pose, covariance): (Pose2, Matrix3<f64>)) {
+        self.places.push(Place { weight, pose, covariance });
+    }
+
+    /// The second moment of the estimate, which has the weight `own`, and of all other places about its pose, (x, y,
+    /// heading): m2, m rad, rad2. Without other places it is the covariance of the estimate.
+    pub(crate) fn covariance_about(&self, estimate: (Pose2, Matrix3<f64>), own: f64) -> Matrix3<f64> {
+        let (pose, covariance) = estimate;
+        if self.places.is_empty() {
+            return covariance;
+        }
+        let total: f64 = own + self.places.iter().map(|place| place.weight).sum::<f64>();
+        let mut spread = covariance * (own / total);
+        for place in &self.places {
+            let turned = wrap_angle(place.pose.heading - pose.heading);
+            let off = Vector3::new(place.pose.x - pose.x, place.pose.y - pose.y, turned);
+            spread += (place.covariance + off * off.transpose()) * (place.weight / total);
+        }
+        spread
+    }
 }
 
 #[cfg(test)]
@@ -168,9 +193,11 @@ mod tests {
 
     #[test]
     fn the_spread_of_two_places_is_their_distance() {
-        let near = Part { weight: 3.0, pose: Pose2::new(1.0, 0.0, 3.0), covariance: Matrix3::identity() };
-        let far = Part { weight: 1.0, pose: Pose2::new(5.0, 0.0, -3.0), covariance: Matrix3::zeros() };
-        let spread = spread_about(near.pose, &[near, far]);
+        let mut elsewhere = Elsewhere::default();
+        let near = (Pose2::new(1.0, 0.0, 3.0), Matrix3::identity());
+        assert_eq!(elsewhere.covariance_about(near, 3.0), near.1);
+        elsewhere.add(1.0, (Pose2::new(5.0, 0.0, -3.0), Matrix3::zeros()));
+        let spread = elsewhere.covariance_about(near, 3.0);
         let turned = std::f64::consts::TAU - 6.0;
         // 3/4 of 1, and 1/4 of 4 m squared, of the short way round squared, and of both.
         assert!((spread[(0, 0)] - 4.75).abs() < 1e-12 && (spread[(1, 1)] - 0.75).abs() < 1e-12);

@@ -26,6 +26,14 @@ pub struct Health {
     pub confidence: Confidence,
 }
 
+impl Health {
+    /// That of so many particles all over the map.
+    pub(crate) fn without_estimate(particles: usize) -> Self {
+        let confidence = Confidence::Lost;
+        Self { outside_weight: 1.0, scan_fit: 1.0, particles, converged: false, confidence }
+    }
+}
+
 /// The answer to one tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {

@@ -9,6 +9,7 @@ use curionav_planning::geometry::{Pose2, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::numerics::exp;
 use curionav_planning::random::{Rng, uniform};
+use curionav_planning::sensor::LaserModel;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::clusters::moments;
@@ -238,6 +239,15 @@ impl Hypotheses {
         let odds = self.best().map_or(0.0, |best| exp(best.odds.min(TAKES_OVER)));
         odds / (1.0 + odds)
     }
+}
+
+/// A turn by one radian shows as much that is new as so many metres of way, to a laser that sees nothing beside itself.
+const SHOWN_PER_RADIAN: f64 = 1.0;
+
+/// How much way a motion is worth for telling places apart, metres: it shows what the laser has not seen from here.
+pub(crate) fn shown(motion: &Motion, laser: &LaserModel) -> f64 {
+    let unseen = 1.0 - laser.fov / std::f64::consts::TAU;
+    motion.travel.max(SHOWN_PER_RADIAN * unseen * motion.turn)
 }
 
 /// Whether two poses are one place.

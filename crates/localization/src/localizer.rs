@@ -12,9 +12,9 @@ use curionav_planning::sensor::LaserModel;
 
 use crate::branch_and_bound::Pyramid;
 use crate::clusters::Clusters;
-use crate::confidence::{Confidence, Part, Trust, spread_about};
+use crate::confidence::{Confidence, Elsewhere, MIXED_ABOVE, Trust};
 use crate::estimate::{Estimate, Health};
-use crate::hypotheses::{Hypotheses, Hypothesis, Observation, PARTICLES, is_near};
+use crate::hypotheses::{Hypotheses, Hypothesis, Observation, PARTICLES, is_near, shown};
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles};
@@ -40,7 +40,7 @@ pub struct Localizer {
     pose: Pose2,
     covariance: Matrix3<f64>,
     /// Where else the robot may be, as of the last filter update.
-    elsewhere: Vec<Part>,
+    elsewhere: Elsewhere,
     health: Health,
     recovery: Recovery,
     trust: Trust,
@@ -83,18 +83,6 @@ struct Anchor {
 
 /// A place that a search has found, or that was kept, is believed after so far, metres.
 const CONFIRMED_AFTER_M: f64 = 6.0;
-
-/// A turn by one radian shows as much that is new as so many metres of way, to a laser that sees nothing beside itself.
-const SHOWN_PER_RADIAN: f64 = 1.0;
-
-/// How much way a motion is worth for telling places apart, metres: it shows what the laser has not seen from here.
-fn shown(motion: &Motion, laser: &LaserModel) -> f64 {
-    let unseen = 1.0 - laser.fov / std::f64::consts::TAU;
-    motion.travel.max(SHOWN_PER_RADIAN * unseen * motion.turn)
-}
-
-/// Where more weight than this lies outside the estimate, the covariance that is told is that of all places.
-const MIXED_ABOVE: f64 = 0.05;
 
 /// An estimate with a greater deviation on its worst axis is not refined, metres.
 const REFINED_SIGMA: f64 = 0.1;
@@ -156,14 +144,8 @@ impl Localizer {
             particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
-            elsewhere: Vec::new(),
-            health: Health {
-                outside_weight: 1.0,
-                scan_fit: 1.0,
-                particles: most,
-                converged: false,
-                confidence: Confidence::Lost,
-            },
+            elsewhere: Elsewhere::default(),
+            health: Health::without_estimate(most),
             recovery: Recovery::default(),
             trust: Trust::default(),
             is_placed: false,
@@ -253,7 +235,8 @@ impl Localizer {
         if observed || has_moved {
             self.refine(scan);
         }
-        let covariance = self.told_covariance();
+        let own = 1.0 - self.health.outside_weight;
+        let covariance = self.elsewhere.covariance_about((self.pose, self.covariance), own);
         Estimate { pose: self.pose, covariance, twist, health: self.health, observed }
     }
 
@@ -467,21 +450,18 @@ impl Localizer {
             false => Confidence::Lost,
         };
         self.health.converged = self.is_converged() && self.health.confidence == Confidence::Sure;
+        let share = self.hypotheses.share();
         self.elsewhere.clear();
         if self.health.outside_weight <= MIXED_ABOVE && self.is_placed {
             return;
         }
-        let share = self.hypotheses.share();
-        let mut parts = vec![self.free.anywhere(nowhere_known)];
+        self.elsewhere.add(nowhere_known, self.free.anywhere());
         if let Some(best) = self.hypotheses.best() {
-            let weight = (1.0 - nowhere_known) * share;
-            parts.push(Part { weight, pose: best.pose, covariance: best.covariance });
+            self.elsewhere.add((1.0 - nowhere_known) * share, (best.pose, best.covariance));
         }
-        if let Some((pose, covariance)) = self.clusters.moments_outside(&self.particles, cluster) {
-            let weight = (1.0 - nowhere_known) * (1.0 - share) * self.other_clusters;
-            parts.push(Part { weight, pose, covariance });
+        if let Some(others) = self.clusters.moments_outside(&self.particles, cluster) {
+            self.elsewhere.add((1.0 - nowhere_known) * (1.0 - share) * self.other_clusters, others);
         }
-        self.elsewhere = parts;
     }
 
     /// The weight of the estimate among the places that are followed.
@@ -492,17 +472,6 @@ impl Localizer {
     /// Whether the estimate is narrow, and of all places that are followed the one.
     fn is_converged(&self) -> bool {
         self.is_narrow() && 1.0 - self.followed() <= self.params.converged_outside && self.unconfirmed == 0.0
-    }
-
-    /// The covariance of all places where the robot may be, about the estimate.
-    fn told_covariance(&self) -> Matrix3<f64> {
-        if self.elsewhere.is_empty() {
-            return self.covariance;
-        }
-        let weight = 1.0 - self.health.outside_weight;
-        let mut parts = self.elsewhere.clone();
-        parts.push(Part { weight, pose: self.pose, covariance: self.covariance });
-        spread_about(self.pose, &parts)
     }
 
     /// Draws a new set when the weights have become uneven or the belief needs more or far fewer particles. Without a

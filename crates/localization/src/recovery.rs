@@ -10,7 +10,6 @@ use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 use curionav_planning::random::{Rng, uniform};
 
-use crate::confidence::Part;
 use crate::params::LocalizerParams;
 
 /// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]), and how long the former
@@ -105,12 +104,12 @@ impl FreeSpace {
         }
     }
 
-    /// A belief of this weight that the robot may be anywhere, with any heading.
-    pub(crate) fn anywhere(&self, weight: f64) -> Part {
+    /// Mean and covariance of a belief that the robot may be anywhere, with any heading.
+    pub(crate) fn anywhere(&self) -> (Pose2, Matrix3<f64>) {
         let mut covariance = Matrix3::zeros();
         covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.covariance);
         covariance[(2, 2)] = PI * PI / 3.0;
-        Part { weight, pose: Pose2::new(self.centre.x, self.centre.y, 0.0), covariance }
+        (Pose2::new(self.centre.x, self.centre.y, 0.0), covariance)
     }
 
     /// A pose uniform over the free cells, any heading; the grid's origin if no cell is free.

@@ -82,7 +82,6 @@ mod tests {
     use curionav_planning::geometry::Twist;
     use curionav_ros2::messages::Time;
     use curionav_schemas::Pose;
-    use curionav_testing::golden;
 
     use super::*;
 
@@ -114,7 +113,6 @@ mod tests {
             range_max: 10.0,
             laser: Pose::default(),
             ranges: ranges.collect(),
-            ..golden::scan()
         };
         (scan, clock)
     }

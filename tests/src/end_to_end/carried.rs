@@ -73,7 +73,7 @@ fn a_robot_that_is_carried_off_says_so_drives_slowly_and_mostly_finds_itself() {
     for (floor, to) in TRIALS {
         let (json, rows) = carried(floor, to);
         let lost = rows.iter().filter(|row| row.time_s > AT_S + 0.05 && row.error > 0.5);
-        let found = lost.clone().last().map_or(0.0, |row| row.time_s - AT_S);
+        let found = lost.clone().next_back().map_or(0.0, |row| row.time_s - AT_S);
         // After 2 s it has noticed, and from 1 m/s it brakes to 0.2 m/s within 2 s.
         let fastest =
             lost.clone().filter(|row| row.time_s > AT_S + 4.0).map(|row| row.v.abs()).fold(0.0, f64::max);
