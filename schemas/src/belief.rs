@@ -4,10 +4,10 @@ use crate::array::{F32Array, F64Array};
 use crate::check::{array, checks, covariance, each, fraction, length, non_negative, number, part};
 use crate::limits::MAX_PARTICLES;
 use serde::{Deserialize, Serialize};
-use strum::IntoStaticStr;
+use strum::{IntoStaticStr, VariantNames};
 
 /// Whether a robot may act on the belief.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum Confidence {
@@ -15,7 +15,7 @@ pub enum Confidence {
     Sure,
     /// The robot may be elsewhere, or the map explains little of what the laser sees: it drives slowly.
     Doubtful,
-    /// The robot is more likely elsewhere than where the belief is: it follows no plan.
+    /// The robot is probably elsewhere: it follows no plan.
     Lost,
 }
 

@@ -4,7 +4,8 @@
 
 use ciborium::Value;
 use curionav_schemas::{
-    CborFault, CommandReason, Degradation, MissionEnd, PreviousState, Reason, Refusal, Rejection, words,
+    CborFault, CommandReason, Confidence, Degradation, MissionEnd, PreviousState, Reason, Refusal, Rejection,
+    words,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,6 +22,7 @@ fn codes_of_type(family: &str) -> &'static [&'static str] {
         "rejection" | "rejections" => Rejection::VARIANTS,
         "degradation" => Degradation::VARIANTS,
         "command_reason" => CommandReason::VARIANTS,
+        "confidence" => Confidence::VARIANTS,
         "end" => MissionEnd::VARIANTS,
         "refusal" => Refusal::VARIANTS,
         "fault" => CborFault::VARIANTS,
@@ -68,7 +70,7 @@ fn the_cddl_has_every_code_of_the_types() {
     for sentence in sentences() {
         shown.entry(sentence.family).or_default().insert(code(&sentence.reason));
     }
-    assert_eq!(shown.len(), 8);
+    assert_eq!(shown.len(), 9);
     for (family, codes) in shown {
         assert_eq!(codes, set(codes_of_type(&family).iter().copied()), "{family}");
     }
@@ -96,6 +98,7 @@ fn the_types_have_the_parameters_of_the_cddl() {
             "rejection" => survives::<Rejection>,
             "degradation" => survives::<Degradation>,
             "command_reason" => survives::<CommandReason>,
+            "confidence" => survives::<Confidence>,
             "end" => survives::<MissionEnd>,
             "refusal" => survives::<Refusal>,
             "fault" => survives::<CborFault>,

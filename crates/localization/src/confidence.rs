@@ -13,7 +13,7 @@ pub enum Confidence {
     Sure,
     /// The robot may be elsewhere, or the map explains little of what the laser sees.
     Doubtful,
-    /// The robot is more likely elsewhere than where the estimate is, or there is no estimate yet.
+    /// The robot is probably elsewhere, or there is no estimate yet.
     Lost,
 }
 
@@ -81,16 +81,22 @@ impl Trust {
 
     /// Sets the level by the probability that the robot is not where the estimate is.
     pub(crate) fn judge(&mut self, outside: f64) -> Confidence {
-        let held = |level| if self.confidence >= level { RELEASED_AT } else { 1.0 };
+        let lost_above = self.limit(Confidence::Lost, LOST_ABOVE);
+        let doubted_above = self.limit(Confidence::Doubtful, DOUBTED_ABOVE);
         let fit_needed = if self.confidence >= Confidence::Doubtful { GOOD_FIT } else { POOR_FIT };
-        self.confidence = if outside > LOST_ABOVE * held(Confidence::Lost) {
+        self.confidence = if outside > lost_above {
             Confidence::Lost
-        } else if outside > DOUBTED_ABOVE * held(Confidence::Doubtful) || self.mean_fit < fit_needed {
+        } else if outside > doubted_above || self.mean_fit < fit_needed {
             Confidence::Doubtful
         } else {
             Confidence::Sure
         };
         self.confidence
+    }
+
+    /// The limit above which a level begins, or below which it ends.
+    fn limit(&self, level: Confidence, begins_above: f64) -> f64 {
+        if self.confidence >= level { RELEASED_AT * begins_above } else { begins_above }
     }
 }
 

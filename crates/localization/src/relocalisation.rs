@@ -35,7 +35,7 @@ const BACKGROUND_M: f64 = 20.0;
 const BACKGROUND_S: f64 = 60.0;
 /// Odds of a place found where the estimate is in doubt, as a logarithm.
 const ODDS_IN_DOUBT: f64 = -3.0;
-/// And where the robot is more likely elsewhere than at the estimate.
+/// And where the robot is probably not at the estimate.
 const ODDS_WHEN_LOST: f64 = 0.0;
 /// And where it is not in doubt.
 const ODDS_WITHOUT_DOUBT: f64 = -7.0;

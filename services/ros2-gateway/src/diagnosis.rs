@@ -80,9 +80,10 @@ pub(crate) fn status(
 
 /// That the localizer is not sure where the robot is, if it is not.
 pub(crate) fn unsure(confidence: Confidence) -> Option<Problem> {
-    let is_sure = confidence == Confidence::Sure;
-    let say = || Problem::new(ProblemKind::Unsure, "localizer", words::say("confidence", &confidence));
-    (!is_sure).then(say)
+    if confidence == Confidence::Sure {
+        return None;
+    }
+    Some(Problem::new(ProblemKind::Unsure, "localizer", words::say("confidence", &confidence)))
 }
 
 /// Why the driver stops the robot, if it does so for want of something: a stop that is meant is no problem.

@@ -79,7 +79,8 @@ fn a_robot_that_is_carried_off_says_so_drives_slowly_and_mostly_finds_itself() {
             lost.clone().filter(|row| row.time_s > AT_S + 4.0).map(|row| row.v.abs()).fold(0.0, f64::max);
         println!("{floor}: {}, found after {found:.1} s, {fastest:.2} m/s until then", json.outcome);
         assert!(fastest <= SLOW, "{floor}: {fastest} m/s while it does not know where it is");
-        assert!(["reached", "lost"].contains(&json.outcome.as_str()), "{floor}: {json:?}");
+        // In doubt it may also take a way for closed.
+        assert!(["reached", "lost", "no_way"].contains(&json.outcome.as_str()), "{floor}: {json:?}");
         found_soon += usize::from(json.outcome == "reached" && found <= 20.0);
         let late = lost.filter(|row| row.time_s > AT_S + 2.0);
         unknown += late.clone().count();

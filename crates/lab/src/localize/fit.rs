@@ -8,14 +8,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::drive::{Drive, Track};
 use super::least_squares::{not_negative, unbounded};
-use crate::robot_log::{Log, Reading};
+use crate::robot_log::Log;
 
 /// What was found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitted {
     pub(super) noise: OdometryNoise,
-    /// How long before its stamp a scan was taken, seconds.
-    pub(super) delay_s: f64,
+    /// How long before its stamp a scan was taken, seconds; none if scans come too rarely to tell.
+    pub(super) delay_s: Option<f64>,
     /// Where the laser sits on the robot.
     pub(super) laser: Pose2,
     /// Metres that odometry counts per metre driven.
@@ -58,7 +58,8 @@ impl Fitted {
         let count = drive.log.readings.len();
         let unaware = Drive { delay_s: 0.0, ..drive.clone() }.track(seed, &mut progress)?;
         let delay_s = delay(drive, &matched(drive, &unaware));
-        let track = Drive { delay_s, ..drive.clone() }.track(seed, |at| progress(count + at))?;
+        let aware = Drive { delay_s: delay_s.unwrap_or(0.0), ..drive.clone() };
+        let track = aware.track(seed, |at| progress(count + at))?;
         let mount = Mount::of(&windows(&drive.log, &track, HEADING_WINDOWS[0]));
         let corrected = track.poses.iter().map(|pose| pose.compose(mount.robot_from_true)).collect();
         let track = Track { poses: corrected, ..track };
@@ -73,18 +74,22 @@ impl Fitted {
         let OdometryNoise { position_per_metre, position_per_radian, heading_per_metre, heading_per_radian } =
             self.noise;
         let Pose2 { x, y, heading } = self.laser;
+        let delay = match self.delay_s {
+            Some(seconds) => format!("delay_s = {seconds:.3} # s"),
+            None => "# delay_s: scans come too rarely to tell it".to_owned(),
+        };
         format!(
             "# What `curionav localize --fit` found in {log}.\n\
              # The laser sits at {x:.3}, {y:.3} m and {heading:.4} rad on the robot; transforms say it, not this file.\n\
              # Odometry counts {:.3} m for each metre that is driven.\n\n\
              [scanner]\n\
-             delay_s = {:.3} # s\n\n\
+             {delay}\n\n\
              [ros2.mission.odometry_noise]\n\
              position_per_metre = {position_per_metre:.6} # m2/m\n\
              position_per_radian = {position_per_radian:.6} # m2/rad\n\
              heading_per_metre = {heading_per_metre:.6} # rad2/m\n\
              heading_per_radian = {heading_per_radian:.6} # rad2/rad\n",
-            self.odometry_scale, self.delay_s
+            self.odometry_scale
         )
     }
 }
@@ -92,22 +97,26 @@ impl Fitted {
 /// Where each scan fits the map best near the localiser's pose, whatever odometry says; none where that is not clear.
 fn matched(drive: &Drive, track: &Track) -> Vec<Option<Pose2>> {
     let matcher = ScanMatcher::new(&drive.map);
-    let readings = drive.log.readings.iter().enumerate();
-    let one = |(k, reading): (usize, &Reading)| {
+    let mut matched = Vec::with_capacity(drive.log.readings.len());
+    for (k, reading) in drive.log.readings.iter().enumerate() {
         let scan = Scan { ranges: &reading.ranges, laser: reading.laser };
-        if track.converged[k] { matcher.near(track.poses[k], &scan) } else { None }
-    };
-    readings.map(one).collect()
+        matched.push(if track.converged[k] { matcher.near(track.poses[k], &scan) } else { None });
+    }
+    matched
 }
 
 /// How long before its stamp a scan was taken: by so much earlier stretches of odometry are most like those between scans.
-/// Seconds, between the delays that are tried by the parabola through the least.
-fn delay(drive: &Drive, matched: &[Option<Pose2>]) -> f64 {
-    let unlike = |step: usize| {
+/// Seconds, between the delays that are tried by the parabola through the least; none if no stretch has scans within it.
+fn delay(drive: &Drive, matched: &[Option<Pose2>]) -> Option<f64> {
+    if drive.log.typical_interval() > 0.5 * STRETCH_S {
+        return None;
+    }
+    let mut errors = Vec::new();
+    for step in 0..=DELAY_STEPS {
         let delay = DELAY_STEP_S * step as f64;
-        (1..matched.len()).filter_map(|k| stretch_error(&drive.log, matched, k, delay)).sum::<f64>()
-    };
-    DELAY_STEP_S * least(&(0..=DELAY_STEPS).map(unlike).collect::<Vec<_>>())
+        errors.push((1..matched.len()).filter_map(|k| stretch_error(&drive.log, matched, k, delay)).sum());
+    }
+    Some(DELAY_STEP_S * least(&errors))
 }
 
 /// The squared difference between a stretch that ends with scan k and one of odometry so much earlier, metres and radians.
@@ -212,17 +221,18 @@ fn noise(log: &Log, track: &Track) -> anyhow::Result<OdometryNoise> {
     })
 }
 
-/// Fits squares of errors by a part that grows with the way, one that grows with the turn, and one that is always there:
-/// what the localiser errs by. A square varies as its mean does, so that short windows tell as much as long ones.
+/// Fits squares of errors by a part that grows with the way and one that grows with the turn. What the localiser errs by is
+/// in them: a filter that trusts odometry a little too little is right, and one that trusts it too much is lost. A square
+/// varies as its mean does, so each counts by its share of what it is expected to be.
 fn per_metre_and_radian(errors: &[(Window, f64)]) -> anyhow::Result<[f64; 2]> {
     anyhow::ensure!(
         errors.len() >= WINDOWS_MIN,
         "only {} stretches of the log can be used to fit noise, {WINDOWS_MIN} are needed: give a longer part of it",
         errors.len()
     );
-    let matrix = DMatrix::from_fn(errors.len(), 3, |row, column| {
+    let matrix = DMatrix::from_fn(errors.len(), 2, |row, column| {
         let Window { travel, turn, .. } = errors[row].0;
-        [travel, turn, 1.0][column] / (travel + turn)
+        [travel, turn][column] / (travel + turn)
     });
     let wanted = DVector::from_fn(errors.len(), |row, _| {
         let (Window { travel, turn, .. }, square) = errors[row];

@@ -127,6 +127,11 @@ impl Log {
         poses.map(|[a, b]| a.position().distance(b.position())).sum()
     }
 
+    /// The median time between scans, seconds.
+    pub(crate) fn typical_interval(&self) -> f64 {
+        typical_interval(&self.readings)
+    }
+
     /// Odometry at a time between readings, on the straight line; before the first and after the last it stands.
     pub(crate) fn odometry_at(&self, stamp: f64) -> Pose2 {
         let next = self.readings.partition_point(|reading| reading.stamp <= stamp);

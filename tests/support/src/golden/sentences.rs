@@ -3,12 +3,13 @@
 use curionav_schemas::{CDDL, Value, words};
 
 /// The rules whose alternatives are codes, each with its family in the table of words.
-const FAMILIES: [(&str, &str); 8] = [
+const FAMILIES: [(&str, &str); 9] = [
     ("reason", "reason"),
     ("previous_state", "previous"),
     ("rejection", "rejection"),
     ("degradation", "degradation"),
     ("command_reason", "command_reason"),
+    ("confidence", "confidence"),
     ("mission_end", "end"),
     ("refusal", "refusal"),
     ("cbor_fault", "fault"),
