@@ -7,6 +7,7 @@
 //! (`ego_motion`); [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces
 //! they make (`segments`) and what those may be (`shape`); then which detection is of which person (`assignment`),
 //! where each person is (`track`) and how it moves (`motion`). [`Obstacles`] gathers what is neither map nor person.
+//! [`ospa()`] and [`matches()`] say how well tracks agree with where people are known to be.
 
 mod alignment;
 mod assignment;
@@ -15,6 +16,7 @@ mod detector;
 mod ego_motion;
 mod motion;
 mod obstacles;
+mod ospa;
 mod params;
 mod segments;
 mod shape;
@@ -23,6 +25,7 @@ mod tracker;
 
 pub use detector::{Detection, Detector, Kind, Seen};
 pub use obstacles::{Look, ObstacleParams, Obstacles};
+pub use ospa::{Partner, matches, ospa, partners};
 pub use params::TrackerParams;
 pub use track::Person;
 pub use tracker::{Observation, Tracker};
