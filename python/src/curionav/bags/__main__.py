@@ -23,6 +23,7 @@ _EPILOG = """\
 examples:
   python -m curionav.bags to-log monday.bag monday.log           # then: curionav localize monday.log --map ...
   python -m curionav.bags map monday.bag monday.yaml             # the map that is in the bag
+  python -m curionav.bags people monday.bag monday.people.csv    # annotated people, for `curionav track`
   python -m curionav.bags from-recording drive.mcap drive_bag    # then: ros2 bag play drive_bag
 
 A bag is a directory of rosbag2 (MCAP or SQLite), one of its files (.mcap, .db3), or a .bag of ROS 1.
@@ -50,6 +51,22 @@ examples:
   curionav localize monday.log --reference monday.reference.log --map monday.yaml
 """
 
+_PEOPLE = """\
+Writes the people who are annotated in a bag as a table with the columns stamp_s, x, y and id, for `--annotations`
+of `curionav track`. x and y are in the frame of the robot, so `--annotations-frame robot` goes with it.
+
+Read is leg_tracker/Person, as in the bags of leg_tracker_benchmarks: a place in the frame of the scanner, recorded
+after the scan that it is of. Give the same options as to `to-log`.
+"""
+
+_PEOPLE_EPILOG = """\
+examples:
+  python -m curionav.bags people lobby.bag lobby.people.csv
+
+  curionav track lobby.log --map lobby.yaml --reference lobby.reference.log \\
+      --annotations lobby.people.csv --annotations-frame robot
+"""
+
 _FROM_RECORDING = """\
 Writes a recording of `curionav record` or `run --record` as a bag of ROS 2 with storage MCAP, for
 `ros2 bag play`, Foxglove and rosbags: /scan, /odom, /tf, /tf_static, /map, /cmd_vel, /plan, /people (markers)
@@ -65,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"not installed: {', '.join(missing)}; `pip install {' '.join(missing)}` brings them", file=sys.stderr)
         return 3
     logging.basicConfig(format="%(message)s")
-    run = {"to-log": _to_log, "map": _map, "from-recording": _from_recording}[options.command]
+    run = {"to-log": _to_log, "map": _map, "people": _people, "from-recording": _from_recording}[options.command]
     try:
         run(options)
     except (CurionavError, OSError) as error:
@@ -91,8 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     log.add_argument("bag", type=Path, metavar="BAG", help="directory or file")
     log.add_argument("out", type=Path, metavar="OUT.log", help="where the log goes")
-    log.add_argument("--scan", metavar="TOPIC", help="scans (the only topic of LaserScan, or /scan)")
-    log.add_argument("--odom", metavar="TOPIC", help="odometry, or /tf (the only topic of Odometry, or /odom, or /tf)")
+    _add_drive_options(log)
     log.add_argument(
         "--reference",
         metavar="TOPIC",
@@ -100,14 +116,6 @@ def _parser() -> argparse.ArgumentParser:
         "none (a topic named ground_truth, else /tf, else amcl_pose)",
     )
     log.add_argument("--map-frame", metavar="FRAME", default="map", help="frame of the map in transforms (map)")
-    log.add_argument("--odom-frame", metavar="FRAME", help="frame of odometry (as odometry says, or odom)")
-    log.add_argument("--base-frame", metavar="FRAME", help="frame of the robot (as odometry says)")
-    log.add_argument(
-        "--laser",
-        type=_pose,
-        metavar="X,Y,HEADING",
-        help="where the laser sits on the robot, m and rad (as transforms say); write --laser=-0.1,0,0 with a minus",
-    )
 
     grid = commands.add_parser(
         "map",
@@ -118,6 +126,18 @@ def _parser() -> argparse.ArgumentParser:
     grid.add_argument("out", type=Path, metavar="OUT.yaml", help="where the description goes; the image lies beside it")
     grid.add_argument("--topic", metavar="TOPIC", help="the map (the only topic of OccupancyGrid, or /map)")
 
+    people = commands.add_parser(
+        "people",
+        help="annotated people as a table",
+        description=_PEOPLE,
+        epilog=_PEOPLE_EPILOG,
+        formatter_class=raw,
+    )
+    people.add_argument("bag", type=Path, metavar="BAG", help="directory or file")
+    people.add_argument("out", type=Path, metavar="OUT.csv", help="where the table goes")
+    people.add_argument("--topic", metavar="TOPIC", help="the annotations (the only topic of leg_tracker/Person)")
+    _add_drive_options(people)
+
     bag = commands.add_parser(
         "from-recording", help="a recording as a bag of ROS 2", description=_FROM_RECORDING, formatter_class=raw
     )
@@ -125,6 +145,22 @@ def _parser() -> argparse.ArgumentParser:
     bag.add_argument("out", type=Path, metavar="OUT", help="directory that becomes the bag; it must not exist yet")
     bag.add_argument("--robot", metavar="NAME", help="which robot (the only one)")
     return parser
+
+
+def _add_drive_options(command: argparse.ArgumentParser) -> None:
+    """What says where scans and odometry are, and where the scanner sits."""
+    command.add_argument("--scan", metavar="TOPIC", help="scans (the only topic of LaserScan, or /scan)")
+    command.add_argument(
+        "--odom", metavar="TOPIC", help="odometry, or /tf (the only topic of Odometry, or /odom, or /tf)"
+    )
+    command.add_argument("--odom-frame", metavar="FRAME", help="frame of odometry (as odometry says, or odom)")
+    command.add_argument("--base-frame", metavar="FRAME", help="frame of the robot (as odometry says)")
+    command.add_argument(
+        "--laser",
+        type=_pose,
+        metavar="X,Y,HEADING",
+        help="where the laser sits on the robot, m and rad (as transforms say); write --laser=-0.1,0,0 with a minus",
+    )
 
 
 def _pose(text: str) -> Pose2:
@@ -177,6 +213,24 @@ def _map(options: argparse.Namespace) -> None:
     written = write_map(options.bag, options.out, options.topic)
     size = f"{written.width} x {written.height} cells of {written.resolution:g} m"
     print(f"{options.out}: {size}, from `{written.topic}`")
+
+
+def _people(options: argparse.Namespace) -> None:
+    from .annotations import write_people  # noqa: PLC0415
+    from .topics import Choice  # noqa: PLC0415
+
+    choice = Choice(
+        scan=options.scan,
+        odometry=options.odom,
+        odometry_frame=options.odom_frame,
+        base_frame=options.base_frame,
+        laser=options.laser,
+    )
+    written = write_people(options.bag, options.out, choice, options.topic)
+    print(f"{written.table}: {written.people} people in {written.scans} scans, from `{written.topic}`")
+    if written.before_scans:
+        print(f"left out: {written.before_scans} annotations before the first scan")
+    print(f"next: curionav track LOG --map MAP.yaml --annotations {written.table} --annotations-frame robot")
 
 
 def _from_recording(options: argparse.Namespace) -> None:

@@ -18,6 +18,8 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 """Now, and before tf2."""
 GRID = "nav_msgs/msg/OccupancyGrid"
+PERSON = "leg_tracker/msg/Person"
+"""An annotation of leg_tracker_benchmarks (Leigh and others, 2015): a pose without a stamp, and an id."""
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .bag import GRID, ODOMETRY, POSE, POSE_WITH_COVARIANCE, SCAN, TRANSFORMS, Bag, BagError
+from .bag import GRID, ODOMETRY, PERSON, POSE, POSE_WITH_COVARIANCE, SCAN, TRANSFORMS, Bag, BagError
 from .planar import Pose2
 
 TF = "/tf"
@@ -73,6 +73,15 @@ def map_topic(bag: Bag, topic: str | None) -> str:
     if topic is not None:
         return bag.has(topic, GRID)
     return _only(bag, "a map", "--topic", bag.topics(GRID), "/map")
+
+
+def people_topic(bag: Bag, topic: str | None) -> str:
+    """The topic of annotated people: the only one, or that of the annotation tool."""
+    if topic is not None:
+        return bag.has(topic, PERSON)
+    return _only(
+        bag, "annotated people (leg_tracker/Person)", "--topic", bag.topics(PERSON), "/ground_truth_people_tracks"
+    )
 
 
 def _is_truth(topic: str) -> bool:
