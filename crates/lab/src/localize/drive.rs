@@ -10,14 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use crate::robot_log::Log;
+pub(super) use crate::robot_log::drive_arguments::Start;
 use crate::statistics::{mean, median};
-
-/// Where the filter starts.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Start {
-    At(Pose2),
-    Anywhere,
-}
 
 /// How the filter works.
 pub(super) struct Filter {

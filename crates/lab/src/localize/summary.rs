@@ -85,7 +85,7 @@ impl Summary {
             "{}: {} scans in {:.0} s, {:.0} m by odometry",
             self.log, self.scans, self.duration_s, self.length_m
         )];
-        lines.extend(fault_lines(&self.faults));
+        lines.extend(self.faults.lines());
         lines.push(match self.converged_after_s {
             Some(after) => {
                 format!("converged after {after:.1} s; convergence lost {} times", self.lost_convergence)
@@ -117,26 +117,6 @@ impl Summary {
         lines.push(format!("ends at {x:.2},{y:.2},{heading:.2}; the tracks are in {}", self.picture));
         lines.join("\n")
     }
-}
-
-/// What was wrong with the log, a line each.
-fn fault_lines(faults: &Faults) -> Vec<String> {
-    let first = faults.first_broken.as_ref().map_or(String::new(), |first| format!(" ({first})"));
-    let broken = format!("lines that cannot be read{first}");
-    let counts = [
-        (faults.broken_lines, broken.as_str()),
-        (faults.disordered_scans, "scans that are no newer than the one before"),
-        (faults.clock_set_back, "times at which the clock was set back"),
-        (faults.gaps, "gaps of two seconds or longer"),
-        (faults.odometry_restarts, "restarts of odometry"),
-        (faults.later_runs, "later runs of the recording, which are left out"),
-    ];
-    let happened = counts.into_iter().filter(|(count, _)| *count > 0);
-    let mut lines: Vec<String> = happened.map(|(count, what)| format!("  {count} {what}")).collect();
-    if faults.without_clock {
-        lines.push("  no stamps that tell when scans were taken: they count as one second apart".to_owned());
-    }
-    lines
 }
 
 fn error_table(filter: Errors, alone: Errors) -> Table {

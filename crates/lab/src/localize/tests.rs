@@ -1,12 +1,17 @@
 use std::fmt::Write;
 
 use curionav_crowdsim::{Scenario, World};
+use curionav_deployment::files::MapFiles;
+use curionav_localization::LocalizerParams;
 use curionav_planning::geometry::Twist;
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::random::{rng, uniform};
 
-use super::drive::{Consistency, Errors, Filter};
+use super::drive::{Consistency, Errors, Filter, Start};
 use super::*;
+use crate::robot_log::arguments::pose;
+use crate::robot_log::carmen::Scanner;
+use crate::robot_log::robot_file::RobotFile;
 use crate::robot_log::{Faults, carmen};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");

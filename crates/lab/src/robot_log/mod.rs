@@ -3,8 +3,11 @@
 
 pub(crate) mod arguments;
 pub(crate) mod carmen;
+pub(crate) mod drive_arguments;
 pub(crate) mod recorded;
+pub(crate) mod robot_file;
 
+pub use drive_arguments::{DriveArguments, RecordingReader};
 pub use recorded::Recorded;
 
 use curionav_planning::geometry::{Pose2, wrap_angle};
@@ -44,6 +47,30 @@ pub(crate) struct Faults {
     pub(crate) without_clock: bool,
     /// Runs of a recording after the first, which are left out.
     pub(crate) later_runs: usize,
+}
+
+impl Faults {
+    /// What was wrong with the log, a line each.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let first = self.first_broken.as_ref().map_or(String::new(), |first| format!(" ({first})"));
+        let broken = format!("lines that cannot be read{first}");
+        let counts = [
+            (self.broken_lines, broken.as_str()),
+            (self.disordered_scans, "scans that are no newer than the one before"),
+            (self.clock_set_back, "times at which the clock was set back"),
+            (self.gaps, "gaps of two seconds or longer"),
+            (self.odometry_restarts, "restarts of odometry"),
+            (self.later_runs, "later runs of the recording, which are left out"),
+        ];
+        let happened = counts.into_iter().filter(|(count, _)| *count > 0);
+        let mut lines: Vec<String> = happened.map(|(count, what)| format!("  {count} {what}")).collect();
+        if self.without_clock {
+            lines.push(
+                "  no stamps that tell when scans were taken: they count as one second apart".to_owned(),
+            );
+        }
+        lines
+    }
 }
 
 /// A log that a filter can take.

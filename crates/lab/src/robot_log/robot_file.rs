@@ -9,15 +9,15 @@ use curionav_planning::parameters::read_table;
 use curionav_runtime::scanner_limits::ScannerLimits;
 
 /// The part of it that a localiser needs.
-pub(super) struct RobotFile {
-    pub(super) noise: OdometryNoise,
+pub(crate) struct RobotFile {
+    pub(crate) noise: OdometryNoise,
     /// How long before its stamp a scan was taken, seconds.
-    pub(super) delay_s: f64,
+    pub(crate) delay_s: f64,
 }
 
 impl RobotFile {
     /// A base whose odometry has so many times the variances of the simulated one.
-    pub(super) fn of_arguments(times: f64, delay_s: f64) -> Self {
+    pub(crate) fn of_arguments(times: f64, delay_s: f64) -> Self {
         let simulated = OdometryNoise::default();
         let noise = OdometryNoise {
             position_per_metre: times * simulated.position_per_metre,
@@ -32,7 +32,7 @@ impl RobotFile {
     ///
     /// # Errors
     /// If the file cannot be read, or a field of these tables is wrong.
-    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
         let shown = || path.display().to_string();
         let text = files::text(path)?;
         let file: toml::Table = toml::from_str(&text).with_context(shown)?;
