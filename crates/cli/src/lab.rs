@@ -1,7 +1,7 @@
 //! The commands for experiments.
 
 use clap::Subcommand;
-use curionav_lab::{bench, localize, map_build, scale, tune};
+use curionav_lab::{bench, localize, map_build, scale, track, tune};
 use curionav_runtime::exit::Exit;
 
 use crate::recording::recorded;
@@ -19,6 +19,7 @@ pub(crate) enum LabCommand {
     },
     Scale(scale::Options),
     Localize(localize::Options),
+    Track(track::Options),
     /// Make maps
     #[command(subcommand)]
     Map(MapCommand),
@@ -36,6 +37,7 @@ pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
         LabCommand::Worker { program } => bench::worker(&program).await,
         LabCommand::Scale(options) => scale::scale(options, log).await,
         LabCommand::Localize(options) => localize::localize(&options, &recorded),
+        LabCommand::Track(options) => track::track(&options, &recorded),
         LabCommand::Map(MapCommand::Build(options)) => map_build::build(&options),
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! [`run_svg`] puts a run on one page: the map with all tracks, a few planning cycles enlarged, and plots over time.
 //! [`scene_svg`] shows a scenario before anything moves, and [`tracks_svg`] draws any tracks on a map.
+//! [`people_svg`] draws the people around a robot.
 //! Coordinates are in metres in the map frame, angles in radians.
 
 mod axes;
@@ -12,6 +13,7 @@ mod map_layer;
 mod overview;
 mod page;
 mod palette;
+mod people;
 mod plots;
 mod run;
 mod run_page;
@@ -24,6 +26,7 @@ mod trace_columns;
 mod tracks;
 mod viewport;
 
+pub use people::{Marks, people_svg};
 pub use run::Run;
 pub use run_page::run_svg;
 pub use scene::{Person, SceneSketch, scene_svg};

@@ -9,13 +9,13 @@ use curionav_schemas::OccupancyGrid;
 use svg::node::element::{Definitions, Group};
 
 /// Free space around the tracks that is shown of a large map, m.
-const MARGIN_M: f64 = 3.0;
+pub(super) const MARGIN_M: f64 = 3.0;
 /// A map is shown whole while it has at most this many times the area of the part that matters.
-const WHOLE_UP_TO: f64 = 4.0;
+pub(super) const WHOLE_UP_TO: f64 = 4.0;
 /// Height of the legend, px.
-const LEGEND: f64 = 34.0;
+pub(super) const LEGEND: f64 = 34.0;
 /// Width of an entry of it, px.
-const ENTRY: f64 = 180.0;
+pub(super) const ENTRY: f64 = 180.0;
 
 /// A way over a map.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,4 +5,5 @@ mod mask;
 mod particle_cloud;
 mod service;
 
+pub use mask::Mask;
 pub use service::run;

@@ -8,7 +8,8 @@ use curionav_tracking_people::Detector;
 
 /// Finds the beams of people with the belief before the scan: the tracker needs the belief after it, so it comes too
 /// late.
-pub(crate) struct Mask {
+#[derive(Debug)]
+pub struct Mask {
     detector: Detector,
     noise: OdometryNoise,
     /// What was believed last.
@@ -19,12 +20,12 @@ pub(crate) struct Mask {
 
 impl Mask {
     /// For a robot that begins with this belief.
-    pub(crate) fn new(detector: Detector, noise: OdometryNoise, belief: Belief) -> Self {
+    pub fn new(detector: Detector, noise: OdometryNoise, belief: Belief) -> Self {
         Self { detector, noise, belief, odometry: None }
     }
 
     /// The ranges without those of people, whose beams count as free.
-    pub(crate) fn apply(&self, scan: &Scan<'_>, odometry: Pose2) -> Vec<f32> {
+    pub fn apply(&self, scan: &Scan<'_>, odometry: Pose2) -> Vec<f32> {
         let motion = self.odometry.map_or_else(Pose2::default, |last| last.relative(odometry));
         let travel = motion.position().distance(Pose2::default().position());
         let pose = self.belief.pose.compose(motion);
@@ -39,13 +40,13 @@ impl Mask {
     }
 
     /// Takes note of what is believed now.
-    pub(crate) fn believe(&mut self, belief: Belief, odometry: Pose2) {
+    pub fn believe(&mut self, belief: Belief, odometry: Pose2) {
         self.belief = belief;
         self.odometry = Some(odometry);
     }
 
     /// The base has started over, and its odometry with it.
-    pub(crate) fn restart_odometry(&mut self) {
+    pub fn restart_odometry(&mut self) {
         self.odometry = None;
     }
 }

@@ -27,6 +27,7 @@ mod secure;
 mod signals;
 mod slow_router;
 mod strangers;
+mod track;
 mod tracked;
 mod two_routers;
 mod zones;

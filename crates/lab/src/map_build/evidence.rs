@@ -55,6 +55,21 @@ impl Evidence {
         }
     }
 
+    /// Makes the cells free whose centres are at most `radius` metres from a place.
+    pub(super) fn clear(&mut self, centre: Point2, radius: f64, resolution: f64) {
+        let reach = (radius / resolution).ceil() as i64;
+        let (column, row) = place(centre, resolution);
+        for place in (column - reach..=column + reach)
+            .flat_map(|column| (row - reach..=row + reach).map(move |row| (column, row)))
+        {
+            let x = (place.0 as f64 + 0.5) * resolution;
+            let y = (place.1 as f64 + 0.5) * resolution;
+            if Point2::new(x, y).distance(centre) <= radius {
+                self.log_odds.insert(place, -MOST);
+            }
+        }
+    }
+
     /// The map of what was seen: free, occupied, and elsewhere unknown.
     ///
     /// # Errors
@@ -115,6 +130,22 @@ mod tests {
         let diagonal: Vec<Place> =
             cells_between(Point2::new(-0.05, -0.05), Point2::new(0.15, 0.15), 0.1).collect();
         assert!(diagonal.contains(&(-1, -1)) && diagonal.contains(&(0, 0)) && !diagonal.contains(&(1, 1)));
+    }
+
+    #[test]
+    fn what_is_cleared_is_free_and_what_is_beside_it_stays() {
+        let laser = curionav_planning::sensor::LaserModel::default();
+        let ranges = vec![2.0; laser.beams as usize];
+        let odometry = Pose2::default();
+        let reading = Reading { stamp: 0.0, ranges, laser, odometry, reference: None };
+        let mut evidence = Evidence::default();
+        (0..20).for_each(|_| evidence.add(&reading, Pose2::default(), 0.1));
+        evidence.clear(Point2::new(2.0, 0.0), 0.4, 0.1);
+        let grid = evidence.grid(0.1).unwrap();
+        use curionav_planning::occupancy::Cell;
+        assert_eq!(grid.at(Point2::new(2.0, 0.01)), Cell::Free);
+        // 0.7 m from there on the same circle: cos and sin of 0.35 rad, times 2 m.
+        assert_eq!(grid.at(Point2::new(1.879, 0.686)), Cell::Occupied);
     }
 
     #[test]

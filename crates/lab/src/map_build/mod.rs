@@ -7,14 +7,19 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use curionav_deployment::files;
-use curionav_planning::geometry::Pose2;
+use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{Cell, MapYaml, OccupancyGrid, encode_pgm};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
 
+use crate::robot_log::Log;
+use crate::robot_log::annotations::{self, Annotated, Frame};
 use crate::robot_log::arguments::{LogFiles, pose, range_max, within};
 use crate::robot_log::carmen::Scanner;
 use evidence::Evidence;
+
+/// Around an annotated person so much becomes free, metres: what a stride and the click of an annotator are off.
+const PERSON_M: f64 = 0.4;
 
 /// Build a map from a log of a robot with a planar laser, whose poses are known.
 ///
@@ -24,6 +29,10 @@ use evidence::Evidence;
 ///
 ///   curionav map build intel.log --reference intel.corrected.log --out intel.yaml
 ///   curionav map build aces.log --every 2 --out aces-even.yaml    # the other scans can test `localize`
+///   curionav map build lobby.log --annotations people.csv --annotations-frame robot    # a map to test `track` on
+///
+/// Who stands while a map is made becomes a part of it, and no tracker finds them there. With --annotations, a table as
+/// `curionav track` takes it, the places of these people are free.
 ///
 /// Exit status: 0 done; 2 bad input.
 #[derive(Debug, Args)]
@@ -47,6 +56,12 @@ pub struct Options {
     /// Ranges from here on met nothing, metres.
     #[arg(long, value_name = "M", default_value_t = 30.0, value_parser = range_max)]
     range_max: f64,
+    /// Where people are known to be (.csv), who are left out: columns stamp_s, x and y, seconds and metres.
+    #[arg(long, value_name = "FILE")]
+    annotations: Option<PathBuf>,
+    /// The frame of x and y in the annotations.
+    #[arg(long, value_name = "FRAME", default_value = "map", requires = "annotations")]
+    annotations_frame: Frame,
     /// Where the map goes (.yaml).
     #[arg(long, value_name = "FILE", default_value = "out/map.yaml")]
     out: PathBuf,
@@ -73,11 +88,29 @@ pub fn build(options: &Options) -> Result<u8, Exit> {
             scans += 1;
         }
     }
+    if let Some(path) = &options.annotations {
+        let annotated = annotations::read(path, &log).map_err(Exit::bad_input)?;
+        for place in places(&log, &annotated, options.annotations_frame) {
+            evidence.clear(place, PERSON_M, options.resolution);
+        }
+    }
     let grid = evidence.grid(options.resolution);
     let grid = grid.with_context(|| options.path.display().to_string()).map_err(Exit::bad_input)?;
     write(options, &grid).map_err(Exit::failed)?;
     print(summary(options, &grid, scans))?;
     Ok(SUCCESS)
+}
+
+/// Where the annotated people are on the map. Those of a scan without a pose are left out.
+fn places(log: &Log, annotated: &Annotated, frame: Frame) -> Vec<Point2> {
+    let mut on_map = Vec::new();
+    for (scan, places) in &annotated.scans {
+        let reading = &log.readings[*scan];
+        let Some(robot) = reading.reference else { continue };
+        let in_robot = places.iter().map(|place| frame.in_robot(*place, Some(robot), &reading.laser));
+        on_map.extend(in_robot.map(|place| robot.transform(place)));
+    }
+    on_map
 }
 
 /// The YAML file, and the image beside it.
@@ -104,7 +137,6 @@ mod tests {
 
     use super::*;
     use curionav_deployment::files::MapFiles;
-    use curionav_planning::geometry::Point2;
 
     /// A robot in the middle of a room of 4 m x 4 m sees its walls all around, over and over.
     fn room(folder: &Path) -> PathBuf {
@@ -130,8 +162,24 @@ mod tests {
             resolution: 0.1,
             laser: None,
             range_max: 30.0,
+            annotations: None,
+            annotations_frame: Frame::Map,
             out: folder.join("map.yaml"),
         }
+    }
+
+    #[test]
+    fn who_is_annotated_while_the_map_is_made_is_no_part_of_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let people = folder.path().join("people.csv");
+        // Two metres ahead of the robot in the first scan, which is where a wall would be.
+        std::fs::write(&people, "stamp_s,x,y\n0,2,0\n").unwrap();
+        let options =
+            Options { annotations: Some(people), annotations_frame: Frame::Robot, ..options(folder.path()) };
+        assert_eq!(build(&options).unwrap(), SUCCESS);
+        let grid = MapFiles::read(&options.out).unwrap().grid().unwrap();
+        assert_eq!(grid.at(Point2::new(12.0, 5.0)), Cell::Free);
+        assert_eq!(grid.at(Point2::new(12.05, 6.0)), Cell::Occupied);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A log of a laser and odometry, whatever it was read from, made fit for a filter: in the order of time, with odometry
 //! composed from its increments.
 
+pub(crate) mod annotations;
 pub(crate) mod arguments;
 pub(crate) mod carmen;
 pub(crate) mod drive_arguments;
@@ -186,6 +187,14 @@ impl Log {
         let begins = self.readings.first().map_or(0.0, |reading| reading.stamp);
         self.readings.retain(|reading| (from_s..=to_s).contains(&(reading.stamp - begins)));
         self
+    }
+
+    /// The number of the scan that is nearest to a time, if it is at most `within_s` seconds off.
+    pub(crate) fn nearest(&self, stamp: f64, within_s: f64) -> Option<usize> {
+        let next = self.readings.partition_point(|reading| reading.stamp < stamp);
+        let around = next.saturating_sub(1)..self.readings.len().min(next + 1);
+        let off = |at: &usize| (self.readings[*at].stamp - stamp).abs();
+        around.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|at| off(at) <= within_s)
     }
 
     /// Takes the references of another log of the same scans, such as the one that a map builder has corrected: those
