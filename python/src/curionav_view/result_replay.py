@@ -32,7 +32,10 @@ def messages(result: RunResult) -> Iterator[Message]:
         covariance = np.diag([max(at[name], 0.0) for name in ("cov_xx", "cov_yy", "cov_hh")])
         covariance[0, 1] = covariance[1, 0] = at["cov_xy"]
         health = Health(
-            outside_weight=min(max(at.get("outside_weight", 0.0), 0.0), 1.0), scan_fit=1.0, particles=0, confidence="sure"
+            outside_weight=min(max(at.get("outside_weight", 0.0), 0.0), 1.0),
+            scan_fit=1.0,
+            particles=0,
+            confidence="sure",
         )
         yield Belief(tick=row, **known, covariance=covariance, health=health)
         if row < trace.people.rows:
