@@ -53,8 +53,8 @@ impl Default for Trust {
 }
 
 impl Trust {
-    /// Takes in the fit of a scan, so many seconds after the last. `evidence` is the share of its beams that tells walls
-    /// from people, `usual` the long-term mean of the fit.
+    /// Takes in the fit of a scan, so many seconds after the last. `evidence` is the share of its beams that tells
+    /// walls from people, `usual` the long-term mean of the fit.
     pub(crate) fn observe(&mut self, fit: f64, evidence: f64, seconds: f64, usual: f64) {
         let weight = (1.0 - exp(-seconds / MEAN_OVER_S)) * evidence;
         self.mean_fit += weight * (fit - self.mean_fit);
@@ -73,8 +73,8 @@ impl Trust {
         self.elsewhere > 0.0 && !self.has_searched
     }
 
-    /// The probability that the robot is at a place that nobody follows, as the fit tells it. After a search it is the map
-    /// that may be wrong.
+    /// The probability that the robot is at a place that is not followed, as the fit tells it. After a search it is the
+    /// map that may be wrong.
     pub(crate) fn elsewhere(&self) -> f64 {
         if self.has_searched { self.elsewhere.min(AFTER_SEARCH) } else { self.elsewhere }
     }

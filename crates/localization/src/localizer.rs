@@ -51,8 +51,8 @@ pub struct Localizer {
     hypotheses: Hypotheses,
     search: Option<Relocalisation>,
     search_plan: SearchPlan,
-    /// How far the robot has yet to drive until a place that was found or kept is believed, metres: others are looked for
-    /// meanwhile.
+    /// How far the robot has yet to drive until a place that was found or kept is believed, metres: others are looked
+    /// for meanwhile.
     unconfirmed: f64,
     /// When the last call was.
     ticked: Option<f64>,

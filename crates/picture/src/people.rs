@@ -1,14 +1,13 @@
 //! People around a robot on a map: how they were followed, and where they were known to be.
 
-use super::axes::{AXIS, on_axes, scale_bar};
-use super::map_layer::{definition, known, map_layer};
-use super::page::{MAP_HEIGHT, MAP_ID, RIM, WIDTH, document, file, pane};
+use super::map_layer::map_layer;
+use super::page::{MAP_ID, pane};
 use super::palette::PERSON;
-use super::symbols::{disc, line, path, text};
-use super::tracks::{ENTRY, LEGEND, MARGIN_M, Track, WHOLE_UP_TO};
-use super::viewport::{Bounds, Viewport};
+use super::symbols::{disc, path};
+use super::tracks::{Entry, Track, sheet, viewport};
+use super::viewport::Viewport;
 use curionav_schemas::OccupancyGrid;
-use svg::node::element::{Definitions, Group};
+use svg::node::element::Group;
 
 /// Radius of a mark, metres; never too small to see.
 const MARK_M: f64 = 0.12;
@@ -34,13 +33,8 @@ pub fn people_svg(
     people: &[Vec<(f64, f64)>],
     marks: &[Marks<'_>],
 ) -> String {
-    let mut shown = known(map);
-    let matters: Vec<(f64, f64)> =
-        way.points.iter().copied().chain(people.iter().flatten().copied()).collect();
-    if !matters.is_empty() {
-        shown = shown.part(Bounds::of(matters).grown(MARGIN_M), WHOLE_UP_TO);
-    }
-    let viewport = Viewport::fit(shown, WIDTH - 2.0 * RIM - AXIS.0, MAP_HEIGHT - AXIS.1);
+    let matters = way.points.iter().copied().chain(people.iter().flatten().copied());
+    let viewport = viewport(map, matters.collect());
     let mut inside = pane(viewport.width, viewport.height).add(map_layer(map, MAP_ID, &viewport)).add(path(
         &viewport,
         way.points.iter().copied(),
@@ -53,12 +47,7 @@ pub fn people_svg(
     for kind in marks {
         inside = inside.add(drawn(kind, &viewport));
     }
-    let entries = entries(way, people, marks);
-    let width = viewport.width.max(ENTRY * entries.len() as f64) + AXIS.0 + 2.0 * RIM;
-    let height = viewport.height + AXIS.1 + LEGEND + 2.0 * RIM;
-    let plan = on_axes(&viewport, inside.add(scale_bar(&viewport)), (RIM, RIM + LEGEND));
-    let definitions = Definitions::new().add(definition(map, MAP_ID));
-    file(&document("people", (width, height), definitions).add(legend(&entries)).add(plan))
+    sheet("people", map, &viewport, inside, &entries(way, people, marks))
 }
 
 fn drawn(marks: &Marks<'_>, viewport: &Viewport) -> Group {
@@ -66,12 +55,6 @@ fn drawn(marks: &Marks<'_>, viewport: &Viewport) -> Group {
         let ring = disc(viewport, *at, MARK_M).set("fill", marks.colour).set("fill-opacity", 0.35);
         group.add(ring.set("stroke", marks.colour).set("stroke-width", 1))
     })
-}
-
-/// A line of the legend.
-struct Entry<'a> {
-    name: &'a str,
-    colour: &'a str,
 }
 
 fn entries<'a>(way: &Track<'a>, people: &[Vec<(f64, f64)>], marks: &[Marks<'a>]) -> Vec<Entry<'a>> {
@@ -85,15 +68,6 @@ fn entries<'a>(way: &Track<'a>, people: &[Vec<(f64, f64)>], marks: &[Marks<'a>])
     let placed = marks.iter().filter(|kind| !kind.points.is_empty());
     entries.extend(placed.map(|kind| Entry { name: kind.name, colour: kind.colour }));
     entries
-}
-
-fn legend(entries: &[Entry<'_>]) -> Group {
-    entries.iter().enumerate().fold(Group::new(), |group, (index, entry)| {
-        let left = RIM + AXIS.0 + ENTRY * index as f64;
-        let bar = line((left, RIM + 8.0), (left + 30.0, RIM + 8.0), "line");
-        let bar = bar.set("stroke", entry.colour).set("stroke-width", 3);
-        group.add(bar).add(text((left + 38.0, RIM + 12.0), "", entry.name))
-    })
 }
 
 #[cfg(test)]
@@ -119,7 +93,7 @@ mod tests {
         assert!(["robot", PEOPLE, "found"].iter().all(|name| picture.contains(name)), "{picture}");
         assert!(!picture.contains("missed"));
         assert_eq!(picture.matches("<circle").count(), 2);
-        // Nobody is no reason to fail.
+        // A picture without people is one, too.
         let nothing = Track { points: vec![], ..way };
         assert!(people_svg(&map, &nothing, &[], &[]).contains("<svg"));
     }

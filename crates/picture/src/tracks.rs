@@ -6,16 +6,16 @@ use super::page::{MAP_HEIGHT, MAP_ID, RIM, WIDTH, document, file, pane};
 use super::symbols::{line, path, text};
 use super::viewport::{Bounds, Viewport};
 use curionav_schemas::OccupancyGrid;
-use svg::node::element::{Definitions, Group};
+use svg::node::element::{Definitions, Group, SVG};
 
 /// Free space around the tracks that is shown of a large map, m.
-pub(super) const MARGIN_M: f64 = 3.0;
+const MARGIN_M: f64 = 3.0;
 /// A map is shown whole while it has at most this many times the area of the part that matters.
-pub(super) const WHOLE_UP_TO: f64 = 4.0;
+const WHOLE_UP_TO: f64 = 4.0;
 /// Height of the legend, px.
-pub(super) const LEGEND: f64 = 34.0;
+const LEGEND: f64 = 34.0;
 /// Width of an entry of it, px.
-pub(super) const ENTRY: f64 = 180.0;
+const ENTRY: f64 = 180.0;
 
 /// A way over a map.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,29 +34,54 @@ pub fn tracks_svg(map: &OccupancyGrid, tracks: &[Track<'_>]) -> String {
     // The first may lead far off the map; the others say what matters.
     let matters: Vec<(f64, f64)> =
         tracks.iter().rev().take(2).flat_map(|track| track.points.iter().copied()).collect();
+    let viewport = viewport(map, matters);
+    let mut inside = pane(viewport.width, viewport.height).add(map_layer(map, MAP_ID, &viewport));
+    let mut entries = Vec::new();
+    for track in tracks {
+        let way = path(&viewport, track.points.iter().copied(), track.colour, 1.8);
+        inside = inside.add(way.set("stroke-opacity", 0.85));
+        entries.push(Entry { name: track.name, colour: track.colour });
+    }
+    sheet("tracks", map, &viewport, inside, &entries)
+}
+
+/// The view of the part of a map around these points, of a large map, or of all of it.
+pub(super) fn viewport(map: &OccupancyGrid, matters: Vec<(f64, f64)>) -> Viewport {
     let mut shown = known(map);
     if !matters.is_empty() {
         shown = shown.part(Bounds::of(matters).grown(MARGIN_M), WHOLE_UP_TO);
     }
-    let viewport = Viewport::fit(shown, WIDTH - 2.0 * RIM - AXIS.0, MAP_HEIGHT - AXIS.1);
-    let mut inside = pane(viewport.width, viewport.height).add(map_layer(map, MAP_ID, &viewport));
-    let mut legend = Group::new();
-    for (index, track) in tracks.iter().enumerate() {
-        let way = path(&viewport, track.points.iter().copied(), track.colour, 1.8);
-        inside = inside.add(way.set("stroke-opacity", 0.85));
+    Viewport::fit(shown, WIDTH - 2.0 * RIM - AXIS.0, MAP_HEIGHT - AXIS.1)
+}
+
+/// A line of the legend.
+pub(super) struct Entry<'a> {
+    pub(super) name: &'a str,
+    pub(super) colour: &'a str,
+}
+
+/// A picture with a legend above a map, on which is drawn what is `inside`.
+pub(super) fn sheet(
+    name: &str,
+    map: &OccupancyGrid,
+    viewport: &Viewport,
+    inside: SVG,
+    entries: &[Entry<'_>],
+) -> String {
+    let width = viewport.width.max(ENTRY * entries.len() as f64) + AXIS.0 + 2.0 * RIM;
+    let height = viewport.height + AXIS.1 + LEGEND + 2.0 * RIM;
+    let plan = on_axes(viewport, inside.add(scale_bar(viewport)), (RIM, RIM + LEGEND));
+    let definitions = Definitions::new().add(definition(map, MAP_ID));
+    file(&document(name, (width, height), definitions).add(legend(entries)).add(plan))
+}
+
+fn legend(entries: &[Entry<'_>]) -> Group {
+    entries.iter().enumerate().fold(Group::new(), |group, (index, entry)| {
         let left = RIM + AXIS.0 + ENTRY * index as f64;
         let bar = line((left, RIM + 8.0), (left + 30.0, RIM + 8.0), "line");
-        legend = legend.add(bar.set("stroke", track.colour).set("stroke-width", 3)).add(text(
-            (left + 38.0, RIM + 12.0),
-            "",
-            track.name,
-        ));
-    }
-    let width = viewport.width.max(ENTRY * tracks.len() as f64) + AXIS.0 + 2.0 * RIM;
-    let height = viewport.height + AXIS.1 + LEGEND + 2.0 * RIM;
-    let plan = on_axes(&viewport, inside.add(scale_bar(&viewport)), (RIM, RIM + LEGEND));
-    let definitions = Definitions::new().add(definition(map, MAP_ID));
-    file(&document("tracks", (width, height), definitions).add(legend).add(plan))
+        let bar = bar.set("stroke", entry.colour).set("stroke-width", 3);
+        group.add(bar).add(text((left + 38.0, RIM + 12.0), "", entry.name))
+    })
 }
 
 #[cfg(test)]

@@ -64,8 +64,8 @@ pub struct ServiceConfig {
     /// What the robot's laser sees at least (driver, ros2-gateway).
     pub scanner: Option<ScannerLimits>,
     /// A file in which the localizer keeps where the robot was last sure to be, beside this one unless its path is
-    /// absolute. A localizer that is started again in mid-run goes on from there in doubt, and a gateway that is started
-    /// begins there (localizer, ros2-gateway).
+    /// absolute. A localizer that is started again in mid-run goes on from there in doubt, and a gateway that is
+    /// started begins there (localizer, ros2-gateway).
     pub keep_pose: Option<PathBuf>,
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
     /// (driver).

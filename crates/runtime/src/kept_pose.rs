@@ -1,5 +1,5 @@
-//! Where a robot was last sure to be, kept in a file, so that a localizer or a gateway that is started again need not ask
-//! for it.
+//! Where a robot was last sure to be, kept in a file, so that a localizer or a gateway that is started again need not
+//! ask for it.
 
 use std::fs;
 use std::io::{self, Write};
@@ -50,14 +50,13 @@ pub enum KeptPoseError {
 impl KeptPose {
     /// The pose kept in a file; none if there is no such file yet.
     pub fn read(path: &Path) -> Result<Option<Self>, KeptPoseError> {
-        let shown = || path.display().to_string();
-        match fs::read(path) {
-            Ok(bytes) => serde_json::from_slice(&bytes)
-                .map(Some)
-                .map_err(|error| KeptPoseError::Malformed { path: shown(), error }),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(KeptPoseError::Read { path: shown(), error }),
-        }
+        let bytes = match fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(KeptPoseError::Read { path: path.display().to_string(), error }),
+        };
+        let kept = serde_json::from_slice(&bytes);
+        kept.map(Some).map_err(|error| KeptPoseError::Malformed { path: path.display().to_string(), error })
     }
 
     /// Writes it whole or not at all: power may fail at any moment.

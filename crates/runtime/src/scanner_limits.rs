@@ -3,9 +3,9 @@
 use curionav_planning::sensor::LaserModel;
 
 curionav_planning::parameters! {
-    /// What a scan of the robot's laser shows at least, and how late it says so. A scan that shows less counts as blind, and the driver stops
-    /// the robot. The defaults are such as usual planar lasers meet: 3.5 m and 5 scans a second at least, and 180
-    /// degrees or more.
+    /// What a scan of the robot's laser shows at least, and how late it says so. A scan that shows less counts as
+    /// blind, and the driver stops the robot. The defaults are such as usual planar lasers meet: 3.5 m and 5 scans a
+    /// second at least, and 180 degrees or more.
     #[derive(Copy)]
     pub struct ScannerLimits {
         /// Least field of view, radians. Neighbouring beams count for [`WIDEST_STEP`] of it at most.

@@ -164,7 +164,8 @@ impl Memory {
         self.goal.lasts(stamp)
     }
 
-    /// Takes note at `stamp` of whether the robot does not know where it is; gives back for how long it has not, seconds.
+    /// Takes note at `stamp` of whether the robot does not know where it is; gives back for how long it has not,
+    /// seconds.
     pub(crate) fn observe_place(&mut self, is_lost: bool, stamp: f64) -> f64 {
         self.lost.observe(is_lost, stamp);
         self.lost.lasts(stamp)

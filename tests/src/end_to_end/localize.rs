@@ -2,10 +2,10 @@
 
 use super::program::{curionav, turn};
 
-const MAP: &str = "scenarios/maps/quickstart.yaml";
+pub(super) const MAP: &str = "scenarios/maps/quickstart.yaml";
 
 /// A robot that stands for three seconds with something 2 m off all around.
-fn standing() -> String {
+pub(super) fn standing() -> String {
     let scan = |k: u32| {
         let stamp = 100.0 + 0.1 * f64::from(k);
         format!("FLASER 5 2 2 2 2 2 0 0 0 0 0 0 {stamp} nohost {stamp}\n")

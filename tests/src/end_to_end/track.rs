@@ -1,17 +1,7 @@
 //! `curionav track` on logs as a user has them.
 
+use super::localize::{MAP, standing};
 use super::program::{curionav, turn};
-
-const MAP: &str = "scenarios/maps/quickstart.yaml";
-
-/// A robot that stands for three seconds with something 2 m off all around.
-fn standing() -> String {
-    let scan = |k: u32| {
-        let stamp = 100.0 + 0.1 * f64::from(k);
-        format!("FLASER 5 2 2 2 2 2 0 0 0 0 0 0 {stamp} nohost {stamp}\n")
-    };
-    (0..30).map(scan).collect()
-}
 
 #[test]
 fn the_people_of_a_recording_are_found_where_its_table_says() {
@@ -32,7 +22,7 @@ fn the_people_of_a_recording_are_found_where_its_table_says() {
     let said = track(&["--people", &table]);
     assert!(said["score"].is_null() && said["placed_scans"] == said["scans"], "{said}");
     assert!(said["tracks"].as_array().is_some_and(|tracks| !tracks.is_empty()), "{said}");
-    // Whom the tracker says to be there is whom it finds there; only those who are hidden it does not count.
+    // The people in its table are the ones that it finds there; only hidden people do not count.
     let again = track(&["--annotations", &table, "--annotations-frame", "map"]);
     assert!(again["score"]["precision"].as_f64().unwrap() > 0.99, "{again}");
     assert!(again["score"]["recall"].as_f64().unwrap() > 0.6, "{again}");

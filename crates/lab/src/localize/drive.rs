@@ -21,7 +21,6 @@ pub(super) struct Filter {
 }
 
 /// A log, and what drives it.
-#[derive(Clone)]
 pub(super) struct Drive {
     pub(super) log_name: String,
     pub(super) map_name: Option<String>,
@@ -39,8 +38,18 @@ pub(super) struct Drive {
 
 impl Drive {
     pub(super) fn track(&self, seed: u64, progress: impl FnMut(usize)) -> anyhow::Result<Track> {
+        self.track_delayed(self.delay_s, seed, progress)
+    }
+
+    /// The track if scans were taken so many seconds before their stamps.
+    pub(super) fn track_delayed(
+        &self,
+        delay_s: f64,
+        seed: u64,
+        progress: impl FnMut(usize),
+    ) -> anyhow::Result<Track> {
         let filter = Filter { params: self.params.clone(), noise: self.noise, seed };
-        Track::of(&self.log.delayed(self.delay_s), &self.map, self.start, filter, progress)
+        Track::of(&self.log.delayed(delay_s), &self.map, self.start, filter, progress)
     }
 }
 

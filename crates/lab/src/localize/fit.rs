@@ -1,5 +1,5 @@
-//! What a log tells of the robot that recorded it: how noisy its odometry is, how late its scans are, and where its laser
-//! sits. The truth that this is held against is the localiser's own track.
+//! What a log tells of the robot that recorded it: how noisy its odometry is, how late its scans are, and where its
+//! laser sits. The truth that this is held against is the localiser's own track.
 
 use curionav_localization::{Scan, ScanMatcher};
 use curionav_planning::geometry::{Point2, Pose2, wrap_angle};
@@ -28,8 +28,8 @@ const DELAY_STEPS: usize = 50;
 const DELAY_STEP_S: f64 = 0.01;
 /// A stretch by which the delay is judged, seconds.
 const STRETCH_S: f64 = 1.0;
-/// Metres driven, or radians turned, within windows by which errors of position and of heading are judged: short ones for
-/// the position, which an error of heading spoils over a longer way.
+/// Metres driven, or radians turned, within windows by which errors of position and of heading are judged: short ones
+/// for the position, which an error of heading spoils over a longer way.
 const POSITION_WINDOWS: [f64; 3] = [0.5, 1.0, 2.0];
 const HEADING_WINDOWS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Windows that tell anything of noise.
@@ -56,10 +56,9 @@ impl Fitted {
     /// If too little of the log is driven where the localiser is sure.
     pub(super) fn of(drive: &Drive, seed: u64, mut progress: impl FnMut(usize)) -> anyhow::Result<Self> {
         let count = drive.log.readings.len();
-        let unaware = Drive { delay_s: 0.0, ..drive.clone() }.track(seed, &mut progress)?;
+        let unaware = drive.track_delayed(0.0, seed, &mut progress)?;
         let delay_s = delay(drive, &matched(drive, &unaware));
-        let aware = Drive { delay_s: delay_s.unwrap_or(0.0), ..drive.clone() };
-        let track = aware.track(seed, |at| progress(count + at))?;
+        let track = drive.track_delayed(delay_s.unwrap_or(0.0), seed, |at| progress(count + at))?;
         let mount = Mount::of(&windows(&drive.log, &track, HEADING_WINDOWS[0]));
         let corrected = track.poses.iter().map(|pose| pose.compose(mount.robot_from_true)).collect();
         let track = Track { poses: corrected, ..track };
@@ -105,8 +104,9 @@ fn matched(drive: &Drive, track: &Track) -> Vec<Option<Pose2>> {
     matched
 }
 
-/// How long before its stamp a scan was taken: by so much earlier stretches of odometry are most like those between scans.
-/// Seconds, between the delays that are tried by the parabola through the least; none if no stretch has scans within it.
+/// How long before its stamp a scan was taken: by so much earlier stretches of odometry are most like those between
+/// scans. Seconds, between the delays that are tried by the parabola through the least; none if no stretch has scans
+/// within it.
 fn delay(drive: &Drive, matched: &[Option<Pose2>]) -> Option<f64> {
     if drive.log.typical_interval() > 0.5 * STRETCH_S {
         return None;
@@ -119,8 +119,9 @@ fn delay(drive: &Drive, matched: &[Option<Pose2>]) -> Option<f64> {
     Some(DELAY_STEP_S * least(&errors))
 }
 
-/// The squared difference between a stretch that ends with scan k and one of odometry so much earlier, metres and radians.
-/// It lasts so long that speeds change within it, which a delay shows by: within a step only odometry's noise differs.
+/// The squared difference between a stretch that ends with scan k and one of odometry so much earlier, metres and
+/// radians. It lasts so long that speeds change within it, which a delay shows by: within a step only odometry's noise
+/// differs.
 fn stretch_error(log: &Log, matched: &[Option<Pose2>], k: usize, delay: f64) -> Option<f64> {
     let first = log.readings.partition_point(|reading| reading.stamp < log.readings[k].stamp - STRETCH_S);
     let seen = matched[first]?.relative(matched[k]?);
@@ -221,9 +222,9 @@ fn noise(log: &Log, track: &Track) -> anyhow::Result<OdometryNoise> {
     })
 }
 
-/// Fits squares of errors by a part that grows with the way and one that grows with the turn. What the localiser errs by is
-/// in them: a filter that trusts odometry a little too little is right, and one that trusts it too much is lost. A square
-/// varies as its mean does, so each counts by its share of what it is expected to be.
+/// Fits squares of errors by a part that grows with the way and one that grows with the turn. What the localiser errs
+/// by is in them: a filter that trusts odometry a little too little is right, and one that trusts it too much is lost.
+/// A square varies as its mean does, so each counts by its share of what it is expected to be.
 fn per_metre_and_radian(errors: &[(Window, f64)]) -> anyhow::Result<[f64; 2]> {
     anyhow::ensure!(
         errors.len() >= WINDOWS_MIN,

@@ -14,8 +14,8 @@ pub(super) fn unbounded(a: &DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f6
     if is_told { decomposed.solve(b, 0.0).ok() } else { None }
 }
 
-/// The x for which A x is nearest to b, without negative entries (Lawson and Hanson, 1974). It tries all sets of entries
-/// that may be more than nought, which is quick for a few.
+/// The x for which A x is nearest to b, without negative entries (Lawson and Hanson, 1974). It tries all sets of
+/// entries that may be more than nought, which is quick for a few.
 pub(super) fn not_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let count = a.ncols();
     let mut best = DVector::zeros(count);

@@ -1,4 +1,4 @@
-//! Where people are known to be at some scans of a log: a table that somebody has made.
+//! Where people are known to be at some scans of a log: a table that an annotator has made.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +30,7 @@ impl Frame {
     /// A place in this frame in that of the robot, whose pose on the map is `robot`.
     pub(crate) fn in_robot(self, place: Point2, robot: Option<Pose2>, laser: &LaserModel) -> Point2 {
         match self {
-            // Without a pose there is no better answer; nobody is tracked there.
+            // Without a pose there is no better answer; no person is tracked there.
             Self::Map => robot.map_or(place, |robot| robot.inverse_transform(place)),
             Self::Robot => place,
             Self::Laser => laser.robot_from_laser.transform(place),
@@ -43,14 +43,14 @@ impl Frame {
 pub(crate) struct Annotation {
     /// Seconds on the log's clock.
     stamp: f64,
-    /// Where a person is, metres; nothing if the line says that nobody is there.
+    /// Where a person is, metres; nothing if the line says that no person is there.
     place: Option<Point2>,
 }
 
 /// Annotations by the number of their scan.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Annotated {
-    /// A scan in which nobody is has an entry without places.
+    /// A scan without people has an entry without places.
     pub(crate) scans: BTreeMap<usize, Vec<Point2>>,
     /// Lines that are of no scan.
     pub(crate) of_no_scan: usize,
@@ -102,21 +102,21 @@ fn parse(text: &str) -> anyhow::Result<Vec<Annotation>> {
     Ok(annotations)
 }
 
+fn column(names: &[&str], wanted: &str) -> anyhow::Result<usize> {
+    let found = names.iter().position(|name| *name == wanted);
+    found.with_context(|| format!("it has no column `{wanted}`: begin with the line stamp_s,x,y"))
+}
+
 impl Columns {
     fn of(header: &str) -> anyhow::Result<Self> {
         let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let find = |wanted: &str| {
-            let found = names.iter().position(|name| *name == wanted);
-            found.with_context(|| format!("it has no column `{wanted}`: begin with the line stamp_s,x,y"))
-        };
-        Ok(Self { stamp: find("stamp_s")?, x: find("x")?, y: find("y")? })
+        Ok(Self { stamp: column(&names, "stamp_s")?, x: column(&names, "x")?, y: column(&names, "y")? })
     }
 
     fn annotation(&self, line: &str) -> anyhow::Result<Annotation> {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         let stamp = number(&cells, self.stamp, "stamp_s", "seconds, such as 1403024492.410")?;
-        let is_empty = |at: usize| cells.get(at).is_some_and(|cell| cell.is_empty());
-        if is_empty(self.x) && is_empty(self.y) {
+        if [self.x, self.y].iter().all(|at| cells.get(*at).is_some_and(|cell| cell.is_empty())) {
             return Ok(Annotation { stamp, place: None });
         }
         let x = number(&cells, self.x, "x", "metres, such as 1.25")?;

@@ -11,6 +11,8 @@ pub(crate) mod robot_file;
 pub use drive_arguments::{DriveArguments, RecordingReader};
 pub use recorded::Recorded;
 
+use std::borrow::Cow;
+
 use curionav_planning::geometry::{Pose2, wrap_angle};
 use curionav_planning::sensor::LaserModel;
 
@@ -172,14 +174,17 @@ impl Log {
 
     /// The log of a laser that saw its scans so much earlier than they are stamped, seconds: its place on the robot is
     /// the one it had then.
-    pub(crate) fn delayed(&self, delay_s: f64) -> Self {
+    pub(crate) fn delayed(&self, delay_s: f64) -> Cow<'_, Self> {
+        if delay_s == 0.0 {
+            return Cow::Borrowed(self);
+        }
         let mut log = self.clone();
         for (reading, now) in log.readings.iter_mut().zip(&self.readings) {
             let then = self.odometry_at(now.stamp - delay_s);
             let moved = now.odometry.relative(then);
             reading.laser.robot_from_laser = moved.compose(now.laser.robot_from_laser);
         }
-        log
+        Cow::Owned(log)
     }
 
     /// The part of the log between two times, seconds after its first scan.
@@ -191,10 +196,7 @@ impl Log {
 
     /// The number of the scan that is nearest to a time, if it is at most `within_s` seconds off.
     pub(crate) fn nearest(&self, stamp: f64, within_s: f64) -> Option<usize> {
-        let next = self.readings.partition_point(|reading| reading.stamp < stamp);
-        let around = next.saturating_sub(1)..self.readings.len().min(next + 1);
-        let off = |at: &usize| (self.readings[*at].stamp - stamp).abs();
-        around.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|at| off(at) <= within_s)
+        nearest(&self.readings, |reading| reading.stamp, stamp, within_s)
     }
 
     /// Takes the references of another log of the same scans, such as the one that a map builder has corrected: those
@@ -203,15 +205,21 @@ impl Log {
         const NEAR_S: f64 = 0.05;
         let mut taken = 0;
         for reading in &mut self.readings {
-            let next = stamps_and_poses.partition_point(|(stamp, _)| *stamp < reading.stamp);
-            let around = &stamps_and_poses[next.saturating_sub(1)..stamps_and_poses.len().min(next + 1)];
-            let apart = |(stamp, _): &&(f64, Pose2)| (stamp - reading.stamp).abs();
-            let nearest = around.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
-            reading.reference = nearest.filter(|one| apart(one) <= NEAR_S).map(|(_, pose)| *pose);
+            let found = nearest(stamps_and_poses, |(stamp, _)| *stamp, reading.stamp, NEAR_S);
+            reading.reference = found.map(|at| stamps_and_poses[at].1);
             taken += usize::from(reading.reference.is_some());
         }
         taken
     }
+}
+
+/// The place in a list in the order of time of what is nearest to a time, if it is at most `within_s` seconds off.
+fn nearest<T>(list: &[T], time: impl Fn(&T) -> f64, stamp: f64, within_s: f64) -> Option<usize> {
+    let next = list.partition_point(|one| time(one) < stamp);
+    let around = next.saturating_sub(1)..list.len().min(next + 1);
+    let apart = around.map(|at| (at, (time(&list[at]) - stamp).abs()));
+    let (at, seconds) = apart.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (seconds <= within_s).then_some(at)
 }
 
 /// The median time between scans, seconds.
@@ -283,8 +291,9 @@ mod tests {
 
     #[test]
     fn a_late_laser_sits_where_it_was() {
-        let log = of(&[(0.0, 0.0), (0.2, 0.1), (0.4, 0.3), (0.6, 0.5)]).delayed(0.3);
-        let x: Vec<f64> = log.readings.iter().map(|r| r.laser.robot_from_laser.x).collect();
+        let log = of(&[(0.0, 0.0), (0.2, 0.1), (0.4, 0.3), (0.6, 0.5)]);
+        let late = log.delayed(0.3);
+        let x: Vec<f64> = late.readings.iter().map(|r| r.laser.robot_from_laser.x).collect();
         // At 0.1 s it was at 0.05 m, at 0.3 s at 0.2 m; before the first reading it stood.
         let expected = [0.0, -0.1, -0.25, -0.3];
         assert!(x.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-12), "{x:?}");

@@ -5,8 +5,9 @@ use std::path::Path;
 use anyhow::Context;
 use curionav_deployment::files;
 use curionav_planning::motion::OdometryNoise;
-use curionav_planning::parameters::read_table;
+use curionav_planning::parameters::{Ranged, read_table};
 use curionav_runtime::scanner_limits::ScannerLimits;
+use serde::de::DeserializeOwned;
 
 /// The part of it that a localiser needs.
 pub(crate) struct RobotFile {
@@ -33,20 +34,19 @@ impl RobotFile {
     /// # Errors
     /// If the file cannot be read, or a field of these tables is wrong.
     pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
-        let shown = || path.display().to_string();
         let text = files::text(path)?;
-        let file: toml::Table = toml::from_str(&text).with_context(shown)?;
-        let empty = toml::Table::new();
-        let noise = ["ros2", "mission", "odometry_noise"]
-            .iter()
-            .try_fold(&file, |table, name| table.get(*name)?.as_table());
-        let noise = read_table(noise.unwrap_or(&empty));
-        let noise = noise.map_err(|fault| {
-            anyhow::anyhow!("{}: {}", shown(), fault.below("ros2.mission.odometry_noise"))
-        })?;
-        let scanner = file.get("scanner").and_then(toml::Value::as_table);
-        let scanner: ScannerLimits = read_table(scanner.unwrap_or(&empty))
-            .map_err(|fault| anyhow::anyhow!("{}: {}", shown(), fault.below("scanner")))?;
-        Ok(Self { noise, delay_s: scanner.delay_s })
+        let file = toml::from_str(&text).with_context(|| path.display().to_string())?;
+        let scanner: ScannerLimits = table(&file, path, &["scanner"])?;
+        Ok(Self {
+            noise: table(&file, path, &["ros2", "mission", "odometry_noise"])?,
+            delay_s: scanner.delay_s,
+        })
     }
+}
+
+/// The table of these names, each within the one before, or its defaults.
+fn table<T: Ranged + DeserializeOwned>(file: &toml::Table, path: &Path, names: &[&str]) -> anyhow::Result<T> {
+    let found = names.iter().try_fold(file, |table, name| table.get(*name)?.as_table());
+    let read = read_table(found.unwrap_or(&toml::Table::new()));
+    read.map_err(|fault| anyhow::anyhow!("{}: {}", path.display(), fault.below(&names.join("."))))
 }

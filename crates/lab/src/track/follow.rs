@@ -20,14 +20,14 @@ pub(super) struct Drive {
     pub(super) seed: u64,
 }
 
-/// Whom the tracker follows at one scan.
+/// The people that the tracker follows at one scan.
 pub(super) struct Scanned {
     /// Seconds on the log's clock.
     pub(super) stamp: f64,
     pub(super) laser: LaserModel,
     /// Where the robot believes it is on the map; nothing while it does not know.
     pub(super) pose: Option<Pose2>,
-    /// In the frame of the robot, with those who are hidden now; nobody while the place is not known.
+    /// In the frame of the robot, with those who are hidden now; none while the place is not known.
     pub(super) people: Vec<Person>,
 }
 

@@ -27,7 +27,7 @@ use positioning::Way;
 use score::{Judged, Judgement, Outcome};
 use summary::{Names, Summary, people_table};
 
-/// Run the tracker of people on a log of a robot with a planar laser, and say whom it follows where.
+/// Run the tracker of people on a log of a robot with a planar laser, and say where it follows which people.
 ///
 /// Log, recording, map and start are those of `curionav localize`. At each scan the localiser says where the robot is,
 /// and the tracker who is around it, as the services do. --raw-odometry and --by-reference take the robot's place from
@@ -35,8 +35,8 @@ use summary::{Names, Summary, people_table};
 ///
 /// With --annotations, a table of where people are known to be, it says how good that is: recall, precision and F1 of
 /// people within 0.5 m, and OSPA with a cut of 1 m. Only annotated scans count, and only what is within view and range
-/// of the laser. The table has a line per person and scan. A line without x and y says that nobody is to be seen in a scan.
-/// `python -m curionav.bags people` makes a table of a bag:
+/// of the laser. The table has a line per person and scan. A line without x and y says that a scan shows no
+/// person. `python -m curionav.bags people` makes a table of a bag:
 ///
 ///   stamp_s,x,y
 ///   1403024492.411,4.76,-2.81
@@ -91,8 +91,8 @@ pub fn track(options: &Options, reader: &RecordingReader) -> Result<u8, Exit> {
     let course = Course::of(&drive, |done| bar.set_position(done as u64));
     bar.finish_and_clear();
     let course = course.map_err(Exit::bad_input)?;
-    let judged = |annotated| Judgement::of(&course, annotated, options.annotations_frame);
-    let judgement = annotated.as_ref().map(judged);
+    let judgement =
+        annotated.as_ref().map(|annotated| Judgement::of(&course, annotated, options.annotations_frame));
     let marks = judgement.as_ref().map_or(&[][..], |judgement| &judgement.judged);
     files::write(&options.out, picture(&drive.given, &course, marks)).map_err(Exit::failed)?;
     if let Some(path) = &options.people {

@@ -85,7 +85,7 @@ fn known(pose: Pose2) -> Belief {
 pub(super) struct Filtered {
     localizer: Localizer,
     mask: Mask,
-    /// Before, nobody can tell people from walls.
+    /// Before, people cannot be told from walls.
     has_converged: bool,
 }
 

@@ -9,12 +9,12 @@ use serde::Serialize;
 use super::follow::{Course, Scanned};
 use crate::robot_log::annotations::{Annotated, Frame};
 
-/// A person is found if somebody is tracked so near, metres.
+/// An annotated person is found if the tracker has a person so near, metres.
 const FOUND_M: f64 = 0.5;
 /// The cut of OSPA, metres: the greatest distance that counts, and what one too many or too few costs.
 const OSPA_CUT_M: f64 = 1.0;
-/// Who was seen at most so long ago counts as tracked, seconds. Annotators mark whom the scan shows, and the tracker
-/// remembers those who are hidden.
+/// A person seen at most so long ago counts as tracked, seconds. Annotators mark the people that the scan shows, and
+/// the tracker remembers those who are hidden.
 const SEEN_S: f64 = 0.25;
 
 /// Figures over all annotated scans.
@@ -27,9 +27,9 @@ pub(super) struct Score {
     annotated: usize,
     /// Annotated people who are left out, because they are out of view or range.
     out_of_view: usize,
-    /// Annotated people with somebody tracked at most half a metre off.
+    /// Annotated people with a tracked person at most half a metre off.
     found: usize,
-    /// Who is tracked within view and range and is none of those.
+    /// Tracked people within view and range who are none of those.
     false_positives: usize,
     /// `found` of `annotated`.
     recall: Option<f64>,
@@ -74,7 +74,7 @@ pub(super) struct Judgement {
 }
 
 impl Judgement {
-    /// Compares each annotated scan with whom the tracker followed at it.
+    /// Compares each annotated scan with the people that the tracker followed at it.
     pub(super) fn of(course: &Course, annotated: &Annotated, frame: Frame) -> Self {
         let mut judgement = Self { of_no_scan: annotated.of_no_scan, ..Self::default() };
         for (scan, places) in &annotated.scans {
@@ -84,22 +84,27 @@ impl Judgement {
     }
 
     fn take(&mut self, scanned: &Scanned, places: &[Point2], frame: Frame) {
-        let in_robot = |place: &Point2| frame.in_robot(*place, scanned.pose, &scanned.laser);
-        let known: Vec<Point2> = places.iter().map(in_robot).collect();
-        // A robot that does not know its place tracks nobody; on the map its view cannot be told.
-        let is_seen = |place: &&Point2| scanned.pose.is_none() || is_in_view(**place, &scanned.laser);
-        let truth: Vec<Point2> = known.iter().filter(is_seen).copied().collect();
+        let mut truth = Vec::new();
+        for place in places {
+            let place = frame.in_robot(*place, scanned.pose, &scanned.laser);
+            // A robot that does not know its place tracks no person; on the map its view cannot be told.
+            if scanned.pose.is_none() || is_in_view(place, &scanned.laser) {
+                truth.push(place);
+            }
+        }
         let fresh = scanned.people.iter().filter(|person| person.age <= SEEN_S);
         let tracks: Vec<Point2> = fresh.map(|person| person.position).collect();
         let pairs = matches(&truth, &tracks, FOUND_M);
         // One beyond the view may be the one who is annotated within.
-        let counts = |track: &usize| {
-            pairs.iter().any(|pair| pair.track == *track) || is_in_view(tracks[*track], &scanned.laser)
-        };
-        let counted: Vec<usize> = (0..tracks.len()).filter(counts).collect();
+        let mut counted = Vec::new();
+        for (track, place) in tracks.iter().enumerate() {
+            if pairs.iter().any(|pair| pair.track == track) || is_in_view(*place, &scanned.laser) {
+                counted.push(track);
+            }
+        }
         let seen: Vec<Point2> = counted.iter().map(|track| tracks[*track]).collect();
         self.annotated_scans += 1;
-        self.out_of_view += known.len() - truth.len();
+        self.out_of_view += places.len() - truth.len();
         self.annotated += truth.len();
         self.found += pairs.len();
         self.false_positives += seen.len() - pairs.len();
@@ -220,7 +225,7 @@ mod tests {
     #[test]
     fn figures_are_those_that_are_counted_by_hand() {
         // In the robot's frame, whose laser sees what has a negative y. The first is found 0.3 m off, the second is
-        // missed, the third is nobody, the fourth is out of range, the fifth was last seen a second ago.
+        // missed, the third is no person, the fourth is out of range, the fifth was last seen a second ago.
         let people = vec![person(1.0, -2.0, 0.0), person(3.0, -1.0, 0.1), person(0.0, -6.0, 0.0)];
         let first = scanned(people.into_iter().chain([person(-1.0, -1.0, 1.0)]).collect());
         let places = [Point2::new(1.3, -2.0), Point2::new(-1.0, -1.0), Point2::new(0.0, 2.0)];
@@ -228,7 +233,7 @@ mod tests {
         assert_eq!((score.annotated_scans, score.annotated, score.out_of_view), (2, 2, 1));
         assert_eq!((score.found, score.false_positives), (1, 1));
         assert_eq!((score.recall, score.precision, score.f1), (Some(0.5), Some(0.5), Some(0.5)));
-        // (0.3 + 1) / 2 in the first scan, and 0 in the second, where nobody is.
+        // (0.3 + 1) / 2 in the first scan, and 0 in the second, which has no people.
         assert!((score.ospa_m - 0.325).abs() < 1e-6, "{score:?}");
         assert!((score.off_m.unwrap() - 0.3).abs() < 1e-9, "{score:?}");
     }

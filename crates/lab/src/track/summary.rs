@@ -115,7 +115,7 @@ impl Summary {
         }
         if self.placed_scans < self.scans {
             let unknown = self.scans - self.placed_scans;
-            lines.push(format!("the place is not known at {unknown} scans, so nobody is tracked there"));
+            lines.push(format!("the place is not known at {unknown} scans, so no person is tracked there"));
         }
         let followed: Vec<f64> = self.tracks.iter().map(|track| track.to_s - track.from_s).collect();
         lines.push(format!(

@@ -49,8 +49,8 @@ pub struct Localising {
 }
 
 impl Localising {
-    /// The motion from `stamp` on, for about a second: a turn on the spot if the laser does not see all around, then ten
-    /// seconds along walls, and so on.
+    /// The motion from `stamp` on, for about a second: a turn on the spot if the laser does not see all around, then
+    /// ten seconds along walls, and so on.
     pub fn motion(
         &mut self,
         stamp: f64,

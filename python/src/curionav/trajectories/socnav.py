@@ -178,7 +178,7 @@ def read_socnav(file: str | os.PathLike[str], frame_rate: float | None = None) -
 
 
 def _even(ways: dict[int, F64], time_s: F64, frame_rate: float) -> Tracks:
-    """The positions at even frames; NaN, where somebody is absent, stays NaN up to the next position and is left out.
+    """The positions at even frames; NaN, where a person is absent, stays NaN up to the next position and is left out.
 
     Of the ways, shape [times, 2] each, the last is the robot's.
     """

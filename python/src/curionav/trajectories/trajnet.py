@@ -101,7 +101,7 @@ def _entry(path: Path, line: int, text: str) -> dict[str, Any]:
 
 
 def _step(tracks: Tracks) -> int:
-    """The usual number of frames from one row of a person to the next; 1 if nobody has two."""
+    """The usual number of frames from one row of a person to the next; 1 if no person has two."""
     order = np.lexsort((tracks.frame, tracks.id))
     steps = np.diff(tracks.frame[order])[np.diff(tracks.id[order]) == 0]
     return int(np.median(steps)) if steps.size else 1
