@@ -32,6 +32,13 @@ PLACES = {
     "    here()\n    server.wait()",
     "while its evaluator hangs": "with deployment.serve(curionav.Evaluator('hung', lambda s, c: hang())):\n"
     "    with deployment.inject(scenario.with_term('hung')) as run: run.wait()",
+    "while its injection is answered": "from curionav import run as runs\n"
+    "class Slow(runs.Asked):\n"
+    "    def wait(self, timeout):\n"
+    "        if timeout == runs.SCENARIO_TIMEOUT: here(); time.sleep(60)\n"
+    "        return super().wait(timeout)\n"
+    "runs.Asked = Slow\n"
+    "deployment.inject(scenario, **slowly)",
     "without closing anything": "run = deployment.inject(scenario, **slowly)\nwatch(run)\ntime.sleep(60)",
 }
 

@@ -26,7 +26,7 @@ from .messages import (
     RunStatus,
 )
 from .result import Result
-from .session import Mailbox, News, ask, close_at_exit, subscribe
+from .session import Asked, Mailbox, News, ask, close_at_exit, subscribe
 from .words import say
 
 M = TypeVar("M", CycleReport, Decision)
@@ -103,13 +103,24 @@ class Run:
             self._subscribers.append(subscribe(session, decision_key, self._decisions.put))
             if crowd is not None:
                 self._crowd = CrowdThread(session, world, crowd, self._news.tell)
-            self._status = ask(session, keys.world(world, "scenario"), RunStatus, request, SCENARIO_TIMEOUT)
+            self._status = self._inject(keys.world(world, "scenario"), request)
+            self.id = self._status.run
+            if self._crowd is not None:
+                self._crowd.start()
         except BaseException:
             self.close()
             raise
-        self.id = self._status.run
-        if self._crowd is not None:
-            self._crowd.start()
+
+    def _inject(self, key: str, request: InjectRequest) -> RunStatus:
+        asked = Asked(self._session, key, RunStatus, request, SCENARIO_TIMEOUT)
+        try:
+            return asked.wait(SCENARIO_TIMEOUT)
+        except KeyboardInterrupt:
+            # The simulator may have begun: a run that its program never had must not go on.
+            with contextlib.suppress(CurionavError):
+                self._status = asked.wait(_ASK_TIMEOUT)
+                self.cancel()
+            raise
 
     def _order_before(self, key: str) -> tuple[int, int]:
         """(epoch, seq) of the last decision before this run: what is not after it belongs to an earlier one."""

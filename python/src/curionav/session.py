@@ -17,7 +17,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import zenoh
 
@@ -374,54 +374,73 @@ def ask(
         Rejected: The service refused.
         DecodeError: The answer is not what it should be.
     """
-    replies: deque[zenoh.Reply] = deque()
-    changed = threading.Condition()
-    ended = False
+    return Asked(session, key, answer, question, timeout, accept=accept).wait(timeout)
 
-    def reply(received: zenoh.Reply) -> None:
-        with changed:
+
+class Asked(Generic[M]):
+    """A question that was sent. A caller who is interrupted while he waits can still wait for what became of it."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        answer: type[M],
+        question: Message | None,
+        timeout: float,
+        *,
+        accept: Callable[[M], bool] | None = None,
+    ) -> None:
+        self._key = key
+        self._answer = answer
+        self._accept = accept
+        self._failure: Exception = NoAnswer(f"no service answers at {key}")
+        self._replies: deque[zenoh.Reply] = deque()
+        self._changed = threading.Condition()
+        self._ended = False
+        session.get(
+            key,
+            zenoh.handlers.Callback(self._reply, self._end, indirect=False),
+            target=zenoh.QueryTarget.BEST_MATCHING if accept is None else zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            timeout=timeout,
+            express=True,
+            payload=None if question is None else question.encode(),
+            encoding=None if question is None else question.encoding(),
+        )
+
+    def wait(self, timeout: float) -> M:
+        """Waits for the first usable answer; raises as `ask` does."""
+        deadline = time.monotonic() + timeout + 0.1
+        while True:
+            with self._changed:
+                while not self._replies and not self._ended:
+                    left = deadline - time.monotonic()
+                    if left <= 0.0:
+                        raise NoAnswer(f"no answer at {self._key} within {timeout:g} s")
+                    self._changed.wait(left)
+                if not self._replies:
+                    raise self._failure
+                received = self._replies.popleft()
+            try:
+                read = _answer(received, self._key, self._answer, timeout)
+            except (DecodeError, NoAnswer, Rejected) as error:
+                self._failure = error
+                continue
+            if self._accept is None or self._accept(read):
+                return read
+
+    def _reply(self, received: zenoh.Reply) -> None:
+        with self._changed:
             # They are read as they come: of more than these that wait, none will be usable.
-            if len(replies) < _REPLIES_MAX:
-                replies.append(received)
-                changed.notify()
+            if len(self._replies) < _REPLIES_MAX:
+                self._replies.append(received)
+                self._changed.notify()
 
-    def end() -> None:
-        nonlocal ended
-        with changed:
-            ended = True
-            changed.notify()
-
-    handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(reply, end, indirect=False)
-    session.get(
-        key,
-        handler,
-        target=zenoh.QueryTarget.BEST_MATCHING if accept is None else zenoh.QueryTarget.ALL,
-        consolidation=zenoh.ConsolidationMode.NONE,
-        congestion_control=zenoh.CongestionControl.BLOCK,
-        timeout=timeout,
-        express=True,
-        payload=None if question is None else question.encode(),
-        encoding=None if question is None else question.encoding(),
-    )
-    failure: Exception = NoAnswer(f"no service answers at {key}")
-    deadline = time.monotonic() + timeout + 0.1
-    while True:
-        with changed:
-            while not replies and not ended:
-                left = deadline - time.monotonic()
-                if left <= 0.0:
-                    raise NoAnswer(f"no answer at {key} within {timeout:g} s")
-                changed.wait(left)
-            if not replies:
-                raise failure
-            received = replies.popleft()
-        try:
-            read = _answer(received, key, answer, timeout)
-        except (DecodeError, NoAnswer, Rejected) as error:
-            failure = error
-            continue
-        if accept is None or accept(read):
-            return read
+    def _end(self) -> None:
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
 
 
 def _answer(reply: zenoh.Reply, key: str, answer: type[M], timeout: float) -> M:
