@@ -23,6 +23,8 @@ const WALL_GAP_M: f64 = 0.1;
 const BODY_GAP_M: f64 = 0.1;
 /// Gap between the bodies of two people who stand together: they are at arm's length, metres.
 const GROUP_GAP_M: f64 = 0.35;
+/// Gap between the bodies of two people who walk side by side, metres.
+const WALKING_GAP_M: f64 = 0.2;
 /// Draws of one person or group before there is no room.
 const DRAWS: usize = 2000;
 /// Draws of the place that follows another one, in sight of it.
@@ -169,7 +171,7 @@ impl Drawn<'_> {
         while left > 0 {
             let found = (0..DRAWS).find_map(|_| {
                 let people = match crowd.behaviour {
-                    Behaviour::Walk => vec![self.walker(crowd, regions, random)?],
+                    Behaviour::Walk => self.walkers(crowd, regions, left, random)?,
                     Behaviour::Stand => self.group(crowd, regions, left, random)?,
                 };
                 let starts: Vec<Point2> = people.iter().map(|w| WalkerState::new(w).position()).collect();
@@ -187,6 +189,32 @@ impl Drawn<'_> {
             self.starts.extend(starts);
         }
         Ok(())
+    }
+
+    /// People who walk side by side, each in parallel to the first.
+    fn walkers(
+        &self,
+        crowd: &Crowd,
+        regions: &[Vec<usize>],
+        left: usize,
+        random: &mut Rng,
+    ) -> Option<Vec<Walker>> {
+        let size = group_size(crowd, left, random);
+        let first = self.walker(crowd, regions, random)?;
+        let direction = first.route[0].distance(first.route[1]);
+        let across_x = (first.route[0].y - first.route[1].y) / direction;
+        let across_y = (first.route[1].x - first.route[0].x) / direction;
+        let apart = 2.0 * self.floor.scenario.people.radius + WALKING_GAP_M;
+        let members = (0..size).map(|k| {
+            let aside = k as f64 * apart;
+            let beside =
+                first.route.iter().map(|p| Point2::new(p.x + aside * across_x, p.y + aside * across_y));
+            let member = Walker { route: beside.collect(), ..first.clone() };
+            let is_straight = |pair: &[Point2]| self.floor.is_straight(pair[0], pair[1]);
+            let fits = k == 0 || member.route.windows(2).all(is_straight);
+            fits.then(|| Walker { heedless: is_heedless(crowd, random), ..member })
+        });
+        members.collect()
     }
 
     fn walker(&self, crowd: &Crowd, regions: &[Vec<usize>], random: &mut Rng) -> Option<Walker> {
@@ -208,6 +236,7 @@ impl Drawn<'_> {
             mode: WalkMode::BackAndForth,
             start_offset: 0.0,
             pause_s: between(crowd.pause_s, random),
+            heedless: false,
         };
         walker.start_offset = uniform(random) * walker.cycle_length();
         Some(walker)
@@ -221,8 +250,7 @@ impl Drawn<'_> {
         left: usize,
         random: &mut Rng,
     ) -> Option<Vec<Walker>> {
-        let [least, most] = crowd.group.map(|size| size as usize);
-        let size = (least + (uniform(random) * (most - least + 1) as f64) as usize).min(most).min(left);
+        let size = group_size(crowd, left, random);
         let region = (uniform(random) * regions.len() as f64) as usize % regions.len();
         let middle = self.floor.place(&regions[region], random);
         let first = std::f64::consts::TAU * uniform(random);
@@ -238,6 +266,7 @@ impl Drawn<'_> {
                 mode: WalkMode::Stand,
                 start_offset: 0.0,
                 pause_s: 0.0,
+                heedless: false,
             };
             self.floor.is_straight(middle, place).then_some(stands)
         });
@@ -251,6 +280,20 @@ impl Drawn<'_> {
             && start.distance(robot.goal) >= crowd.apart_m
             && self.starts.iter().all(|other| other.distance(start) >= bodies)
     }
+}
+
+/// How many of the `left` people of a crowd make the next group. Crowds of people who are alone draw no number for it.
+fn group_size(crowd: &Crowd, left: usize, random: &mut Rng) -> usize {
+    let [least, most] = crowd.group.map(|size| size as usize);
+    if crowd.behaviour == Behaviour::Walk && most == 1 {
+        return 1;
+    }
+    (least + (uniform(random) * (most - least + 1) as f64) as usize).min(most).min(left)
+}
+
+/// Whether the next person takes no notice of the robot. A crowd without heedless people draws no number for it.
+fn is_heedless(crowd: &Crowd, random: &mut Rng) -> bool {
+    crowd.heedless > 0.0 && uniform(random) < crowd.heedless
 }
 
 fn between([least, most]: [f64; 2], random: &mut Rng) -> f64 {

@@ -1,4 +1,5 @@
-//! Scripted walkers: straight lines at constant speed, blind to everything but the robot in their way.
+//! Scripted walkers: straight lines at constant speed, blind to everything but the robot in their way, and the heedless
+//! to that as well.
 
 use curionav_planning::geometry::Point2;
 
@@ -26,6 +27,7 @@ pub(crate) struct WalkerState {
     resting: f64,
     waits: bool,
     stands: bool,
+    heedless: bool,
 }
 
 impl WalkerState {
@@ -57,6 +59,7 @@ impl WalkerState {
             resting: 0.0,
             waits: false,
             stands: walker.mode == WalkMode::Stand || length <= 0.0,
+            heedless: walker.heedless,
         }
     }
 
@@ -82,7 +85,8 @@ impl WalkerState {
     }
 
     /// Walks for `dt` seconds; waits instead when the robot is ahead and the step would end within
-    /// `keep_off` metres of it (D11). A robot beside or behind stops no walker.
+    /// `keep_off` metres of it (D11). A robot beside or behind stops no walker; a heedless one walks on until the
+    /// bodies touch.
     pub(crate) fn step(&mut self, dt: f64, robot: Point2, keep_off: f64) {
         if self.stands {
             return;
@@ -92,6 +96,7 @@ impl WalkerState {
         self.advance(dt);
         let there = self.position();
         let ahead = (there.x - here.x) * (robot.x - here.x) + (there.y - here.y) * (robot.y - here.y) > 0.0;
+        let keep_off = if self.heedless { keep_off - WAITING_MARGIN } else { keep_off };
         self.waits = ahead && there.distance(robot) < keep_off;
         if self.waits {
             (self.walked, self.resting) = before;
@@ -143,7 +148,7 @@ mod tests {
 
     fn walker(mode: WalkMode, start_offset: f64, pause_s: f64) -> WalkerState {
         let route = vec![Point2::new(0.0, 0.0), Point2::new(4.0, 0.0), Point2::new(4.0, 3.0)];
-        WalkerState::new(&Walker { route, speed: 1.0, mode, start_offset, pause_s })
+        WalkerState::new(&Walker { route, speed: 1.0, mode, start_offset, pause_s, heedless: false })
     }
 
     fn after(mut w: WalkerState, seconds: f64) -> WalkerState {
@@ -193,6 +198,17 @@ mod tests {
         assert_at(&w, 1.3, 0.0); // the next step, to 1.4, would be 0.6 m away
         w.step(0.1, FAR, 0.65);
         assert_eq!(w.velocity(), (1.0, 0.0));
+        assert_at(&w, 1.4, 0.0);
+    }
+
+    #[test]
+    fn a_heedless_one_walks_until_it_touches_the_robot() {
+        let mut w = WalkerState { heedless: true, ..walker(WalkMode::Once, 0.0, 0.0) };
+        let robot = Point2::new(2.0, 0.0);
+        for _ in 0..50 {
+            w.step(0.1, robot, 0.55 + WAITING_MARGIN);
+        }
+        // The next step, to 1.5, would be 0.5 m away.
         assert_at(&w, 1.4, 0.0);
     }
 

@@ -31,8 +31,10 @@ pub(crate) enum Law {
 pub(crate) struct AvoidingCrowd {
     law: Law,
     walkers: Vec<Person>,
-    /// The walkers in their order, then the others that were seen at the last step.
+    /// The walkers in their order, then the robot if there is one, then the others that were seen at the last step.
     bodies: Vec<Body>,
+    /// The same without the robot, as the heedless see them at this step.
+    without_robot: Vec<Body>,
     /// Distance from a wall that a walker's centre keeps, metres.
     wall_gap: f64,
 }
@@ -42,6 +44,7 @@ struct Person {
     route: Route,
     speed: f64,
     stands: bool,
+    heedless: bool,
 }
 
 impl AvoidingCrowd {
@@ -57,21 +60,31 @@ impl AvoidingCrowd {
                 radius: people.radius,
                 yields: !stands,
             };
-            (Person { route, speed: walker.speed, stands }, body)
+            (Person { route, speed: walker.speed, stands, heedless: walker.heedless }, body)
         });
-        let (walkers, bodies) = starts.unzip();
+        let (walkers, bodies): (Vec<Person>, Vec<Body>) = starts.unzip();
         // Routes keep their distance from centres of cells; measured exactly that can be a diagonal less.
         let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
-        Self { law, walkers, bodies, wall_gap: (people.radius - diagonal).max(0.01) }
+        let wall_gap = (people.radius - diagonal).max(0.01);
+        Self { law, walkers, bodies, without_robot: Vec::new(), wall_gap }
     }
 
     pub(crate) fn people(&self) -> &[Body] {
         &self.bodies[..self.walkers.len()]
     }
 
-    /// All walk for `dt` seconds, seeing each other and `others`, who move by their own law.
-    pub(crate) fn step(&mut self, dt: f64, map: &StaticMap, others: impl IntoIterator<Item = Body>) {
-        self.bodies.truncate(self.walkers.len());
+    /// All walk for `dt` seconds, seeing each other, `others`, who move by their own law, and the robot unless they are
+    /// heedless.
+    pub(crate) fn step(
+        &mut self,
+        dt: f64,
+        map: &StaticMap,
+        robot: Option<Body>,
+        others: impl IntoIterator<Item = Body>,
+    ) {
+        let count = self.walkers.len();
+        self.bodies.truncate(count);
+        self.bodies.extend(robot);
         self.bodies.extend(others);
         let goal_radius = match &self.law {
             Law::Hrvo(params) => params.goal_radius,
@@ -83,7 +96,10 @@ impl AvoidingCrowd {
                 body.preferred = person.preferred(body, map, dt);
             }
         }
-        let chosen: Vec<_> = (0..self.walkers.len()).map(|i| self.choose(i, dt, map)).collect();
+        self.without_robot.clear();
+        self.without_robot.extend_from_slice(&self.bodies[..count]);
+        self.without_robot.extend_from_slice(&self.bodies[count + usize::from(robot.is_some())..]);
+        let chosen: Vec<_> = (0..count).map(|i| self.choose(i, dt, map)).collect();
         // One after the other, seeing where those before have gone, so that none steps into another.
         for (i, (velocity, wall)) in chosen.into_iter().enumerate() {
             let velocity = self.clipped(i, velocity, wall, dt, map);
@@ -103,6 +119,11 @@ impl AvoidingCrowd {
         }
     }
 
+    /// The bodies that one walker takes notice of, its own among them.
+    fn seen_by(&self, i: usize) -> &[Body] {
+        if self.walkers[i].heedless { &self.without_robot } else { &self.bodies }
+    }
+
     /// Chosen among what others and walls leave, as far as it can be taken up.
     fn by_velocity_obstacles(
         &self,
@@ -118,7 +139,7 @@ impl AvoidingCrowd {
         let obstacles = walls
             .iter()
             .map(|wall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon));
-        let wanted = velocity(i, &self.bodies, obstacles, max_speed, dt, params);
+        let wanted = velocity(i, self.seen_by(i), obstacles, max_speed, dt, params);
         let change = wanted - body.velocity;
         let most = params.max_accel * dt;
         let taken_up =
@@ -141,7 +162,7 @@ impl AvoidingCrowd {
             body.position,
             body.radius + max_speed * dt + WALL_REACHES * params.wall_reach,
         );
-        let driven = body.velocity + acceleration(i, &self.bodies, &walls, params) * dt;
+        let driven = body.velocity + acceleration(i, self.seen_by(i), &walls, params) * dt;
         let speed = driven.norm();
         let kept = if speed > max_speed { driven * (max_speed / speed) } else { driven };
         (kept, walls.first().copied())

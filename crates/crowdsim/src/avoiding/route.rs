@@ -143,7 +143,7 @@ mod tests {
 
     fn route(mode: WalkMode, start_offset: f64, pause_s: f64) -> Route {
         let route = vec![Point2::new(1.0, 1.0), Point2::new(5.0, 1.0), Point2::new(5.0, 4.0)];
-        Route::new(&Walker { route, speed: 1.0, mode, start_offset, pause_s }).0
+        Route::new(&Walker { route, speed: 1.0, mode, start_offset, pause_s, heedless: false }).0
     }
 
     /// Corners in the order they are walked to, each reached at once.

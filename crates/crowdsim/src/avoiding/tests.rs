@@ -28,7 +28,7 @@ fn map(wall: impl Fn(f64, f64) -> bool) -> StaticMap {
 
 fn walker(route: &[(f64, f64)], speed: f64, mode: WalkMode) -> Walker {
     let route = route.iter().map(|&(x, y)| Point2::new(x, y)).collect();
-    Walker { route, speed, mode, start_offset: 0.0, pause_s: 0.0 }
+    Walker { route, speed, mode, start_offset: 0.0, pause_s: 0.0, heedless: false }
 }
 
 fn laws() -> [Law; 2] {
@@ -51,7 +51,7 @@ fn walk(law: Law, walkers: &[Walker], map: &StaticMap, seconds: u32) -> (f64, f6
     let mut crowd = crowd(law, walkers, map);
     let mut gap = f64::INFINITY;
     for step in 0..10 * seconds {
-        crowd.step(DT, map, []);
+        crowd.step(DT, map, None, []);
         gap = gap.min(least_gap(crowd.people()));
         let there = |(w, b): (&Walker, &Body)| w.route.last().unwrap().distance(b.position) < 1.0;
         if walkers.iter().zip(crowd.people()).all(there) {
@@ -99,7 +99,7 @@ fn unlimited_acceleration_leaves_no_overlap_at_all() {
     let law = Law::Hrvo(HrvoParams { max_accel: 1000.0, ..HrvoParams::default() });
     let mut crowd = crowd(law, &around(12, 4.0, 0.8), &map);
     for _ in 0..300 {
-        crowd.step(DT, &map, []);
+        crowd.step(DT, &map, None, []);
         let gap = least_gap(crowd.people());
         assert!(gap > -SLACK, "{gap}");
     }
@@ -133,7 +133,7 @@ fn no_walker_walks_into_walls_and_all_go_round() {
         let (mut nearest_wall, mut gap) = (f64::INFINITY, f64::INFINITY);
         let mut quadrants = vec![[false; 4]; walkers.len()];
         for _ in 0..3000 {
-            crowd.step(DT, &map, []);
+            crowd.step(DT, &map, None, []);
             gap = gap.min(least_gap(crowd.people()));
             for (body, seen) in crowd.people().iter().zip(&mut quadrants) {
                 nearest_wall = nearest_wall.min(wall_distance(&map, body.position));
@@ -167,7 +167,7 @@ fn robot_among(law: Law, count: u32, speed: f64, robot_speed: f64, seed: u64) ->
         x += robot_speed * DT;
         let position = Point2::new(if robot_speed == 0.0 { 10.0 } else { x }, 10.0);
         let robot = Body { position, velocity, preferred: velocity, radius: 0.3, yields: true };
-        crowd.step(DT, &map, [robot]);
+        crowd.step(DT, &map, Some(robot), []);
         let gaps = crowd.people().iter().map(|b| b.position.distance(position) - b.radius - 0.3);
         gap = gaps.fold(gap, f64::min);
     }
@@ -188,6 +188,38 @@ fn the_robot_is_walked_around() {
     }
 }
 
+#[test]
+fn a_heedless_person_walks_into_a_robot_that_stands_and_around_everyone_else() {
+    let map = map(|_, _| false);
+    let way = walker(&[(5.0, 10.0), (15.0, 10.0)], 1.2, WalkMode::Once);
+    let robot = Body {
+        position: Point2::new(10.0, 10.05),
+        velocity: Velocity::zeros(),
+        preferred: Velocity::zeros(),
+        radius: 0.3,
+        yields: true,
+    };
+    for law in laws() {
+        let mut least_heeding = f64::INFINITY;
+        let mut least_heedless = f64::INFINITY;
+        for heedless in [false, true] {
+            let stands = walker(&[(7.0, 10.0)], 1.0, WalkMode::Stand);
+            let mut crowd = crowd(law, &[Walker { heedless, ..way.clone() }, stands], &map);
+            for _ in 0..150 {
+                crowd.step(DT, &map, Some(robot), []);
+                let people = crowd.people();
+                let gap = people[0].position.distance(robot.position) - people[0].radius - robot.radius;
+                let least = if heedless { &mut least_heedless } else { &mut least_heeding };
+                *least = least.min(gap);
+                assert!(least_gap(people) > -SLACK, "{law:?}");
+            }
+        }
+        assert!(least_heeding > 0.02, "{law:?}: {least_heeding}");
+        // Bodies do not pass through each other.
+        assert!((-SLACK..0.02).contains(&least_heedless), "{law:?}: {least_heedless}");
+    }
+}
+
 /// Thirty people to and fro in a corridor of 3 m: metres gained towards their ends per second and person, once lanes
 /// had time to form.
 fn counterflow(law: Law) -> f64 {
@@ -205,7 +237,7 @@ fn counterflow(law: Law) -> f64 {
     let mut driven = 0.0;
     for step in 0..1200 {
         let before: Vec<Point2> = crowd.people().iter().map(|b| b.position).collect();
-        crowd.step(DT, &map, []);
+        crowd.step(DT, &map, None, []);
         if step >= 200 {
             driven += crowd
                 .people()
@@ -239,8 +271,8 @@ fn same_crowd_same_walk() {
         let mut a = crowd(law, &walkers, &map);
         let mut b = crowd(law, &walkers, &map);
         for _ in 0..200 {
-            a.step(DT, &map, []);
-            b.step(DT, &map, []);
+            a.step(DT, &map, None, []);
+            b.step(DT, &map, None, []);
             assert_eq!(a.people(), b.people());
         }
     }
@@ -257,7 +289,7 @@ fn who_stands_stays_and_is_walked_around() {
         let (gap, time) = walk(law, &walkers, &map, 60);
         assert!(gap > -SLACK && time < 20.0, "{law:?}: {gap} m, {time} s");
         let mut crowd = crowd(law, &walkers, &map);
-        crowd.step(DT, &map, []);
+        crowd.step(DT, &map, None, []);
         assert_eq!(crowd.people()[0].position, Point2::new(10.0, 10.0));
     }
 }

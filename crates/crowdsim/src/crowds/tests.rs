@@ -76,6 +76,43 @@ fn every_seed_has_the_people_that_were_asked_for_where_they_have_room() {
 }
 
 #[test]
+fn groups_walk_side_by_side_and_a_share_of_the_people_is_heedless() {
+    let map = two_rooms();
+    let together =
+        "[[crowds]]\ncount = 24\nspeed = [0.8, 1.6]\ngroup = [1, 3]\nstretch_m = [2, 8]\nheedless = 0.4\n";
+    let scenario = scenario(together);
+    let mut heedless = 0;
+    let mut beside = 0;
+    for seed in 0..20 {
+        let drawn = populated(&scenario, &map, seed).unwrap();
+        drawn.check_on(&Maps::of(map.clone()), &map).unwrap();
+        assert_eq!(drawn.walkers.len(), 1 + 24, "seed {seed}");
+        heedless += drawn.walkers.iter().filter(|walker| walker.heedless).count();
+        for pair in drawn.walkers[1..].windows(2) {
+            let apart = pair[0].route[0].distance(pair[1].route[0]);
+            let same_pace = pair[0].speed == pair[1].speed && pair[0].start_offset == pair[1].start_offset;
+            // Two bodies of half a metre and the gap between them.
+            if same_pace {
+                assert!((apart - 0.7).abs() < 1e-9, "seed {seed}: {apart}");
+                beside += 1;
+            }
+        }
+    }
+    // 480 people, of whom each is heedless with a chance of 0.4, in groups of two on average.
+    assert!((150..=234).contains(&heedless), "{heedless}");
+    assert!((180..=300).contains(&beside), "{beside}");
+}
+
+#[test]
+fn a_crowd_without_groups_and_heedless_people_is_drawn_as_before() {
+    let map = two_rooms();
+    let drawn = |more: &str| populated(&scenario(&format!("{WALKERS}{more}")), &map, 5).unwrap().walkers;
+    assert_eq!(drawn(""), drawn("group = [1, 1]\nheedless = 0.0\n"));
+    let all_heedless = drawn("heedless = 1.0\n");
+    assert!(all_heedless[1..].iter().all(|walker| walker.heedless));
+}
+
+#[test]
 fn people_walk_from_region_to_region() {
     let region = |x: f64| format!("{{ corners = [[{x}, 4], [{}, 4], [{}, 8], [{x}, 8]] }}", x + 2.0, x + 2.0);
     let regions = [region(1.0), region(9.0), region(16.0)].join(", ");

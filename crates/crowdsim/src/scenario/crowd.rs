@@ -30,13 +30,16 @@ curionav_planning::parameters! {
         /// Least and greatest rest at each end of the way, seconds.
         #[serde(default, deserialize_with = "arrays::fixed")]
         pub pause_s: [f64; 2] [0.0, 3600.0, "s", "a longer rest outlasts the run"],
-        /// Least and greatest size of a group; only people who stand form groups.
+        /// Least and greatest size of a group. Those who stand face each other; those who walk go side by side.
         #[serde(default = "default_group", deserialize_with = "arrays::fixed")]
         pub group: [u32; 2] [1.0, 10.0, "people", "a larger one is several groups"],
         /// Distance that they keep at the beginning from the robot's start and goal, and for as long as they stand,
         /// between centres, metres.
         #[serde(default = "default_apart")]
         pub apart_m: f64 [0.0, 100.0, "m", "farther away they are on no map"],
+        /// The chance of each person to take no notice of the robot (`walkers.heedless`).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        pub heedless: f64 [0.0, 1.0, "", "a chance"],
     } check Self::is_consistent
 }
 
@@ -60,6 +63,10 @@ curionav_planning::parameters! {
         #[serde(with = "arrays::points")]
         pub corners: Vec<Point2> [in Range::POSITION; 3.0, 100.0, "fewer enclose nothing"],
     }
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
 }
 
 fn default_places() -> u32 {

@@ -167,6 +167,7 @@ impl WorldObject {
             mode: WalkMode::BackAndForth,
             start_offset: 0.0,
             pause_s: 0.0,
+            heedless: false,
         })
     }
 

@@ -144,7 +144,8 @@ fn walkers_are_never_inside_walls() {
         let mode = modes[seed as usize % 4];
         let mut s = scenario(0.0, 0.0);
         s.recorded.clear();
-        s.walkers = vec![Walker { route, speed: 1.3, mode, start_offset: 0.0, pause_s: 0.3 }];
+        s.walkers =
+            vec![Walker { route, speed: 1.3, mode, start_offset: 0.0, pause_s: 0.3, heedless: false }];
         let Ok(mut world) = World::new(&s, map.clone(), Vec::new(), seed) else { continue };
         kept += 1;
         for _ in 0..600 {

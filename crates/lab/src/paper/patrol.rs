@@ -68,6 +68,7 @@ pub(super) fn draw(
                 mode: WalkMode::BackAndForth,
                 start_offset: rounded(between(rng, (0.0, 1.99 * length))),
                 pause_s: if rests { rounded(between(rng, PAUSE_S)) } else { 0.0 },
+                heedless: false,
                 route,
             };
             let fits = points(&walker.route, 0.05).iter().all(|&p| {

@@ -21,6 +21,7 @@ pub(super) fn walking(count: usize) -> Crowd {
         pause_s: [0.0, 0.0],
         group: [1, 1],
         apart_m: 1.5,
+        heedless: 0.0,
     }
 }
 

@@ -115,5 +115,6 @@ fn walker(route: [(f64, f64); 2]) -> Walker {
         mode: Default::default(),
         start_offset: 0.0,
         pause_s: 1.0,
+        heedless: false,
     }
 }
