@@ -88,7 +88,6 @@ def test_what_is_special_about_this_projects_planner_is_said_in_words() -> None:
         Explanation(
             replace(
                 explained,
-                decision=replace(explained.decision, reason={"code": "last_to_collide"}),
                 scene=replace(scene, people=people, in_place_s=4.04, impatient=True),
                 terms=terms,
                 rejected=[hits if why else None for why in explained.rejected],
@@ -101,7 +100,6 @@ def test_what_is_special_about_this_projects_planner_is_said_in_words() -> None:
         "It also keeps clear of something unseen that the driver braked for, 0.5 m away.",
         "It has stayed in one place for 4.0 s.",
         "For a while, terms with `gives_way` count",
-        "The others collide after 1.3 s at most.",
         "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %.",
         f"  Of the chosen candidate it says that the way beyond it counts {mean:.2f} m longer,",
         "runs into something unseen that the driver braked for after 1.3 s",

@@ -75,8 +75,6 @@ pub enum Reason {
     LeastCost,
     /// Candidates that cost less collide; the one of least cost among the free ones is followed.
     LeastCostFree,
-    /// No candidate is free for the whole horizon; this one is for longest.
-    LastToCollide,
     /// Only slow candidates are free; the one of least cost is followed.
     OnlySlowFree,
     /// There are no candidates.

@@ -30,23 +30,12 @@ crate::parameters! {
         /// Seconds of a trajectory that are checked: the same for every planner, however far it looks ahead. Beyond, a
         /// forecast at constant velocity says little, and the next cycles look again.
         pub horizon: f64 [0.1, 60.0, "s", "a decision is followed for a second, and no forecast holds for a minute"] = 3.9,
-        /// If nothing is free for so long, what is free for at least these seconds, and longest, is driven: a robot
-        /// that stands still is run into as well. From `horizon` on nothing is, as in the paper.
-        pub evade: f64 [0.0, 60.0, "s", "no forecast holds for a minute"] = 60.0,
         /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there
         /// as well as now. At 0 all people are forecast to walk on.
         pub standing: f64 [0.0, 1.0, "m/s", "people walk faster than that"] = 0.0,
         /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people
         /// who stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
         pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
-    }
-}
-
-impl CollisionParams {
-    /// Whether what is free for so many seconds is driven where nothing is free for longer ([`Self::evade`]).
-    pub fn evades(&self, seconds: f64) -> bool {
-        // Three steps of 0.3 s are a rounding less than 0.9 s.
-        seconds >= self.evade - 1e-9
     }
 }
 

@@ -41,6 +41,9 @@ crate::parameters! {
         pub social_weight: f64 [0.0, 1e6, "", "beyond, distance no longer counts beside risk"] = 1.0,
         /// What a radian between heading and goal costs in a node's weight, 1/rad.
         pub rotation_weight: f64 [0.0, 1e6, "1/rad", "beyond, distance no longer counts beside turning"] = 0.5,
+        /// What the term `collision-risk` counts a contact in which the robot stands, as a share of one at its greatest
+        /// speed. At 1 its speed does not matter.
+        pub standing_share: f64 [0.0, 1.0, "", "a share"] = 1.0,
         /// Whether the term `collision-risk` counts how well the robot will know its position.
         pub belief: bool = false,
     }
@@ -90,6 +93,8 @@ pub(crate) struct Contacts {
     waiting: usize,
     distances: [f64; LANES],
     sigmas: [f64; LANES],
+    /// What their chances count.
+    shares: [f64; LANES],
     who: [usize; LANES],
 }
 
@@ -98,7 +103,8 @@ impl Contacts {
     pub(crate) fn new(contact: f64, people: usize) -> Self {
         let distances = [0.0; LANES];
         let sigmas = [1.0; LANES];
-        Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, who: [0; LANES] }
+        let shares = [1.0; LANES];
+        Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, shares, who: [0; LANES] }
     }
 
     /// Which of eight people the robot may touch at `p`, lowest bit first, and how far they are, metres. Their
@@ -129,16 +135,18 @@ impl Contacts {
         distances: [f64; LANES],
         first: usize,
         sigma: f64,
+        share: f64,
     ) {
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             near &= near - 1;
             if sigma <= 0.0 {
-                self.worst[first + lane] = 1.0;
+                self.worst[first + lane] = share.max(self.worst[first + lane]);
                 continue;
             }
             self.distances[self.waiting] = distances[lane];
             self.sigmas[self.waiting] = sigma;
+            self.shares[self.waiting] = share;
             self.who[self.waiting] = first + lane;
             self.waiting += 1;
             if self.waiting == LANES {
@@ -150,8 +158,9 @@ impl Contacts {
     #[inline(always)]
     fn flush<S: Simd>(&mut self, simd: S) {
         let found = overlap::disc_probability(simd, self.contact, self.distances, self.sigmas);
-        for (&who, chance) in self.who.iter().zip(found).take(self.waiting) {
-            self.worst[who] = chance.max(self.worst[who]);
+        for (j, chance) in found.into_iter().enumerate().take(self.waiting) {
+            let who = self.who[j];
+            self.worst[who] = (self.shares[j] * chance).max(self.worst[who]);
         }
         self.waiting = 0;
     }
@@ -368,7 +377,7 @@ mod tests {
         for &(t, p, sigma) in way {
             for (group, means) in means_after(people, t).iter().enumerate() {
                 let (near, distances) = contacts.near(simd, p, means, sigma);
-                contacts.add(simd, near, distances, group * LANES, sigma);
+                contacts.add(simd, near, distances, group * LANES, sigma, 1.0);
             }
         }
         contacts.free(simd)

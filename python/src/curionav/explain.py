@@ -142,9 +142,6 @@ class Explanation:
         codes = Counter(why["code"] for why in report.rejected if why is not None)
         rejected = "".join(f"; {codes[code]} {say('rejections', code)}" for code in sorted(codes))
         yield _line("compared", count=count, left=count - codes.total(), rejected=rejected)
-        after = [why["after_s"] for why in report.rejected if why is not None and why["code"].startswith("hits_")]
-        if decision.reason["code"] == "last_to_collide" and after:
-            yield _line("evades", after_s=max(after))
         if unseen is not None:
             yield _line("unseen", person=UNSEEN, distance=unseen)
         if report.scene.in_place_s >= IN_PLACE:

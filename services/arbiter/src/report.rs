@@ -238,7 +238,6 @@ fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
         arbitration::Reason::WaitsForGoal => Reason::WaitsForGoal,
         arbitration::Reason::LeastCost => Reason::LeastCost,
         arbitration::Reason::LeastCostFree => Reason::LeastCostFree,
-        arbitration::Reason::LastToCollide => Reason::LastToCollide,
         arbitration::Reason::OnlySlowFree => Reason::OnlySlowFree,
         arbitration::Reason::Degraded { lack, previous } => {
             let previous = previous_to_wire(previous);

@@ -5,10 +5,9 @@ use super::row::Row;
 use curionav_deployment::csv_row::csv_row;
 
 /// The reason codes of cycles that did not follow the first choice, and their columns.
-const NOT_FIRST: [(&str, &str); 5] = [
+const NOT_FIRST: [(&str, &str); 4] = [
     ("other_free", "least_cost_free"),
     ("only_slow", "only_slow_free"),
-    ("evading", "last_to_collide"),
     ("none_free", "none_free"),
     ("no_candidates", "no_candidates"),
 ];

@@ -5,7 +5,7 @@ use crate::arbitration::{
     occupied_goal, total_costs,
 };
 use crate::candidates::CandidateSet;
-use crate::collision::{Collision, CollisionChecker, CollisionParams};
+use crate::collision::{Collision, CollisionChecker};
 use crate::geometry::{Point2, wrap_angle};
 use crate::motion::{Footprint, RobotModel};
 use crate::occupancy::StaticMap;
@@ -114,11 +114,6 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
             }
         }
     }
-    let collision = &profile.collision;
-    let evading = chosen.is_none() && collision.evade < collision.horizon;
-    if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
-        chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
-    }
     let end = chosen.as_ref().map(|(index, ..)| candidates.end(*index));
     if at_goal && !end.is_some_and(|end| occupied_goal::is_nearer(end, goal, to_go)) {
         return Verdict { decision: arrive(context, first_collision), totals, rejected, chosen: None };
@@ -135,7 +130,6 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     }
     let is_first = order.first().is_some_and(|first| first.index == index);
     let reason = match (slow, is_first) {
-        _ if evading => Reason::LastToCollide,
         (true, _) => Reason::OnlySlowFree,
         (false, true) => Reason::LeastCost,
         (false, false) => Reason::LeastCostFree,
@@ -167,25 +161,6 @@ fn arrive(context: &Context<'_>, first_collision: &CollisionCheck<'_>) -> Decisi
     }
     let valid_for = trajectory.duration().min(profile.hold.max_age);
     Decision { action: Action::Follow, reason, candidate: None, trajectory, valid_for, arrived: false }
-}
-
-/// The candidate that is free for longest, if for long enough; of several the cheapest.
-fn last_to_collide(
-    order: &[Contender],
-    rejected: &[Option<Rejection>],
-    params: &CollisionParams,
-) -> Option<usize> {
-    let free_for = |contender: &Contender| match rejected[contender.index] {
-        Some(Rejection::Collides(collision)) if params.evades(collision.time) => Some(collision.time),
-        _ => None,
-    };
-    let mut last: Option<(f64, usize)> = None;
-    for contender in order {
-        if let Some(time) = free_for(contender).filter(|time| last.is_none_or(|(latest, _)| *time > latest)) {
-            last = Some((time, contender.index));
-        }
-    }
-    last.map(|(_, index)| index)
 }
 
 /// What rules a candidate out before anything is checked for collisions.

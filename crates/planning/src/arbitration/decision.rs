@@ -59,8 +59,6 @@ pub enum Reason {
     LeastCost,
     /// Candidates that cost less collide; this is the one of least cost among the free ones.
     LeastCostFree,
-    /// Nothing is free for the whole horizon; this candidate is for longest, and standing would be run into as well.
-    LastToCollide,
     /// Only slow candidates are free; this is the one of least cost (D4).
     OnlySlowFree,
     /// Nothing could be followed: what was lacking, and what came of the previous trajectory, held or why not.

@@ -17,6 +17,10 @@ use crate::sight::{Sight, View};
 pub struct CollisionRiskEvaluator {
     /// The robot's, metres.
     pub radius: f64,
+    /// Its greatest speed, m/s.
+    pub v_max: f64,
+    /// [`crate::collision_risk::RiskParams::standing_share`].
+    pub standing_share: f64,
     /// How people move on.
     pub forecast: ForecastParams,
     /// What predicts how well the robot will know its position, whose variance then adds to that of the forecast.
@@ -47,16 +51,22 @@ impl Evaluator for CollisionRiskEvaluator {
         let mut contacts = Contacts::new(self.radius + people.radius, people.len());
         let mut view = View::of_each(self.sight.as_ref(), scene, candidates);
         let mut costs = Vec::with_capacity(candidates.len());
-        for (x, (y, variances)) in (states.x.chunks(moments.len()))
-            .zip(states.y.chunks(moments.len()).zip(variances.chunks(moments.len())))
-        {
+        let mut shares = vec![1.0; moments.len()];
+        for i in 0..candidates.len() {
+            let range = candidates.range(i);
+            let x = &states.x[range.clone()];
+            let y = &states.y[range.clone()];
+            let variances = &variances[range.clone()];
+            for (share, v) in shares.iter_mut().zip(&states.v[range]) {
+                *share = self.standing_share + (1.0 - self.standing_share) * (v.abs() / self.v_max).min(1.0);
+            }
             if should_stop() {
                 return Err(Stopped);
             }
             if let Some(view) = &mut view {
                 view.trim();
             }
-            let of = [x, y, variances];
+            let of = [x, y, variances, &shares];
             costs.push(dispatch!(level, simd => cost(simd, &mut contacts, &moments, &mut view, of)));
         }
         Ok(costs)
@@ -79,7 +89,7 @@ fn cost<S: Simd>(
     contacts: &mut Contacts,
     moments: &[Moment],
     view: &mut Option<View<'_>>,
-    [x, y, variances]: [&[f64]; 3],
+    [x, y, variances, shares]: [&[f64]; 4],
 ) -> f64 {
     for (k, moment) in moments.iter().enumerate() {
         let p = Point2::new(x[k], y[k]);
@@ -93,7 +103,7 @@ fn cost<S: Simd>(
                 let place = view.place(k, x, y);
                 near = in_view(view, place, group, near);
             }
-            contacts.add(simd, near, distances, group * LANES, sigma);
+            contacts.add(simd, near, distances, group * LANES, sigma, shares[k]);
         }
     }
     1.0 - contacts.free(simd)
@@ -148,7 +158,14 @@ mod tests {
         let cpc = CpcEvaluator::new(Arc::new(field), OdometryNoise::default(), CpcParams::default());
         let forecast = ForecastParams::default();
         let belief = with_belief.then_some(cpc);
-        let term = CollisionRiskEvaluator { radius: 0.3, forecast, belief, sight: None };
+        let term = CollisionRiskEvaluator {
+            radius: 0.3,
+            v_max: 1.0,
+            standing_share: 1.0,
+            forecast,
+            belief,
+            sight: None,
+        };
         term.evaluate(&scene(People::walking(0.25, of), variance), &straight(), &|| false).unwrap()[0]
     }
 
@@ -157,6 +174,28 @@ mod tests {
         assert!(risk(&[[2.5, 5.0, 0.0, 0.0]], 0.01, false) > 0.9);
         assert!(risk(&[[2.5, 8.0, 0.0, 0.0]], 0.01, false) < 1e-9);
         assert_eq!(risk(&[], 0.01, false), 0.0);
+    }
+
+    #[test]
+    fn a_contact_counts_by_the_speed_of_the_robot_as_far_as_the_share_says() {
+        let forecast = ForecastParams::default();
+        let cost = |v_max: f64, standing_share: f64| {
+            let term = CollisionRiskEvaluator {
+                radius: 0.3,
+                v_max,
+                standing_share,
+                forecast,
+                belief: None,
+                sight: None,
+            };
+            let people = People::walking(0.25, &[[2.5, 5.0, 0.0, 0.0]]);
+            term.evaluate(&scene(people, 0.01), &straight(), &|| false).unwrap()[0]
+        };
+        // The candidate drives at 1 m/s.
+        assert_eq!(cost(1.0, 1.0), cost(4.0, 1.0));
+        assert_eq!(cost(1.0, 0.2), cost(1.0, 1.0));
+        assert!((cost(4.0, 0.2) - 0.4 * cost(4.0, 1.0)).abs() < 1e-12);
+        assert!((cost(4.0, 0.0) - 0.25 * cost(4.0, 1.0)).abs() < 1e-12);
     }
 
     #[test]

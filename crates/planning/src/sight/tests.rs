@@ -47,7 +47,17 @@ fn terms(sight: Option<&Sight>) -> [(&'static str, Box<dyn Evaluator>); 4] {
         ("cnc", Box::new(HccdmEvaluator { params: hccdm, sight: sight.clone() })),
         ("human-space", Box::new(HumanSpaceEvaluator { params, sight: sight.clone() })),
         ("doppler", Box::new(DopplerEvaluator { params, sight: sight.clone() })),
-        ("collision-risk", Box::new(CollisionRiskEvaluator { radius: 0.3, forecast, belief: None, sight })),
+        (
+            "collision-risk",
+            Box::new(CollisionRiskEvaluator {
+                radius: 0.3,
+                v_max: 1.0,
+                standing_share: 1.0,
+                forecast,
+                belief: None,
+                sight,
+            }),
+        ),
     ]
 }
 

@@ -145,7 +145,16 @@ impl BuiltIn for CollisionRisk {
         let belief = params.risk.belief.then(|| params.prediction.prediction(task, fields)).transpose()?;
         let radius = task.robot.radius();
         let sight = params.sight.of(task, fields)?;
-        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast: params.forecast, belief, sight }))
+        let standing_share = params.risk.standing_share;
+        let v_max = task.robot.v_max;
+        Ok(Arc::new(CollisionRiskEvaluator {
+            radius,
+            v_max,
+            standing_share,
+            forecast: params.forecast,
+            belief,
+            sight,
+        }))
     }
 }
 

@@ -120,7 +120,6 @@ BY_KEY = {measure.key: measure for measure in MEASURES}
 NOT_FIRST = {
     "other_free": "least_cost_free",
     "only_slow": "only_slow_free",
-    "evading": "last_to_collide",
     "none_free": "none_free",
     "no_candidates": "no_candidates",
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use curionav_schemas::limits::UNSEEN_PERSON;
 use curionav_schemas::words::{knows, say, say_all};
-use curionav_schemas::{CommandReason, CycleReport, Reason, Rejection, TermReport};
+use curionav_schemas::{CommandReason, CycleReport, TermReport};
 use serde_json::{Value, json};
 
 pub(super) fn words(report: &CycleReport) -> String {
@@ -63,10 +63,6 @@ fn decided(report: &CycleReport) -> Vec<String> {
         ),
         line("compared", json!({ "count": count, "left": count - rejected.len(), "rejected": rejections })),
     ];
-    let evades = matches!(decision.reason, Reason::LastToCollide);
-    if let Some(after) = last_collision(report).filter(|_| evades) {
-        lines.push(line("evades", json!({ "after_s": after })));
-    }
     if let Some(distance) = unseen {
         lines.push(line("unseen", json!({ "person": UNSEEN_PERSON, "distance": distance })));
     }
@@ -99,15 +95,6 @@ fn unseen_away(report: &CycleReport) -> Option<f64> {
     let belief = &report.scene.belief;
     let at = people.id.iter().position(|id| *id == UNSEEN_PERSON)?;
     Some((people.x[at] - belief.x).hypot(people.y[at] - belief.y))
-}
-
-/// When the last of the candidates that were not taken collides, seconds from the scene.
-fn last_collision(report: &CycleReport) -> Option<f64> {
-    let after = report.rejected.iter().filter_map(|rejected| match rejected.why {
-        Rejection::HitsWall { after_s } | Rejection::HitsPerson { after_s, .. } => Some(after_s),
-        _ => None,
-    });
-    after.max_by(f64::total_cmp)
 }
 
 /// What the term's raw cost of the chosen candidate says, if the table has words for the term.
@@ -208,7 +195,6 @@ mod tests {
     #[test]
     fn what_is_special_about_this_projects_planner_is_said_in_words() {
         let mut report = golden::explained_cycle_report();
-        report.decision.reason = Reason::LastToCollide;
         report.rejected[0].why = Rejection::HitsPerson { person: UNSEEN_PERSON, after_s: 1.26 };
         report.scene.in_place_s = 4.04;
         report.scene.impatient = true;

@@ -320,34 +320,3 @@ fn persistence_keeps_the_previous_way_unless_another_is_clearly_better() {
     hall.profile.persistence.margin = 0.03;
     assert_eq!(taken(&hall), Some(0));
 }
-
-#[test]
-fn where_all_collide_what_is_free_for_longest_is_followed_if_the_profile_evades() {
-    let mut hall = Hall::new();
-    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[10.0, 20.0, 30.0])]);
-    // Each runs into someone, the cheapest first and the dearest last.
-    let collides = |trajectory: &Trajectory| {
-        let heading = trajectory.states().heading[0];
-        let time = if heading == 0.0 {
-            0.3
-        } else if heading > 0.0 {
-            1.2
-        } else {
-            2.1
-        };
-        Some(Collision { time, with: Obstacle::Person(1) })
-    };
-    let candidates = three();
-    assert_eq!(decide(&hall.context(&candidates, None), &s, &collides).decision.action, Action::Stop);
-    hall.profile.collision.evade = 0.9;
-    let verdict = decide(&hall.context(&candidates, None), &s, &collides);
-    assert_eq!((verdict.decision.action, verdict.decision.reason), (Action::Follow, Reason::LastToCollide));
-    assert_eq!((verdict.decision.candidate, verdict.chosen), (Some(8), Some(2)));
-    assert_eq!(verdict.rejected[2], None);
-    // Seven steps of 0.3 s, whatever the rounding.
-    hall.profile.collision.evade = 7.0 * 0.3;
-    let collides = |_: &Trajectory| Some(Collision { time: 0.3 * 7.0 - 1e-15, with: Obstacle::Person(1) });
-    assert_eq!(decide(&hall.context(&candidates, None), &s, &collides).decision.action, Action::Follow);
-    hall.profile.collision.evade = 2.2;
-    assert_eq!(decide(&hall.context(&candidates, None), &s, &collides).decision.action, Action::Stop);
-}

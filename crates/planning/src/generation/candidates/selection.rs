@@ -95,16 +95,11 @@ pub(super) struct Selection<'a> {
 
 impl<'a> Selection<'a> {
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of
-    /// them are safe, and not slow, as far as there are any such. If nothing is free, what stays free for longest.
+    /// them are safe, and not slow, as far as there are any such.
     pub(super) fn offers(&self, insists: bool) -> CandidateSet {
         let demands = if insists { INSISTENT } else { CAUTIOUS };
-        let collision = &self.input.params.collision;
         let met = demands.iter().map(|&demand| self.pick(demand)).find(|picked| !picked.is_empty());
-        let picked = match met {
-            Some(picked) => picked,
-            None if collision.evade < collision.horizon => self.evading(),
-            None => Vec::new(),
-        };
+        let picked = met.unwrap_or_default();
         let mut places = BTreeSet::new();
         let (first, others): (Vec<&Timed>, Vec<&Timed>) =
             picked.into_iter().partition(|timed| places.insert(timed.near) || timed.pinned);
@@ -155,16 +150,6 @@ impl<'a> Selection<'a> {
         order
     }
 
-    /// The rollouts that are free for long enough to evade, the longest first.
-    fn evading(&self) -> Vec<&'a Timed> {
-        let mut evading: Vec<(f64, &Timed)> =
-            self.timed.iter().map(|timed| (self.seconds_free(timed), timed)).collect();
-        evading.retain(|(seconds, _)| self.input.params.collision.evades(*seconds));
-        evading.sort_by(|(a, t), (b, u)| b.total_cmp(a).then(t.index.cmp(&u.index)));
-        evading.truncate(self.most());
-        evading.into_iter().map(|(_, timed)| timed).collect()
-    }
-
     /// If there are too many, the best of each direction in which they end are kept: only some term may prefer a way
     /// round, which a choice by length alone would drop.
     fn as_many_as_allowed(&self, offered: Vec<&'a Timed>) -> Vec<&'a Timed> {
@@ -201,11 +186,6 @@ impl<'a> Selection<'a> {
             let stops = self.trajectories.stops_short(self.poses(timed), braking);
             if stops { Clearance::Safe } else { Clearance::Free }
         })
-    }
-
-    fn seconds_free(&self, timed: &Timed) -> f64 {
-        let collision = self.trajectories.first_collision(self.poses(timed));
-        collision.map_or(f64::INFINITY, |collision| collision.time)
     }
 
     fn poses(&self, timed: &Timed) -> impl ExactSizeIterator<Item = Pose2> {
