@@ -13,6 +13,8 @@ mod every_number;
 #[cfg(test)]
 mod faults;
 #[cfg(test)]
+mod films;
+#[cfg(test)]
 mod foreign_bytes;
 #[cfg(test)]
 mod intruder;

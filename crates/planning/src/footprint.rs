@@ -4,6 +4,7 @@ use parry2d_f64::math::{Pose, Rotation, Vector};
 use parry2d_f64::query::{PointQuery, details::distance_support_map_support_map};
 use parry2d_f64::shape::{ConvexPolygon, Cuboid};
 
+use crate::convex_hull::convex_hull;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::Footprint;
 use crate::numerics::sin_cos;
@@ -161,33 +162,6 @@ impl FootprintShape {
             }
         }
     }
-}
-
-/// Convex hull, counter-clockwise, without vertices inside an edge (Andrew's monotone chain).
-fn convex_hull(vertices: &[Point2]) -> Vec<Point2> {
-    let mut sorted = vertices.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    sorted.dedup();
-    if sorted.len() < 3 {
-        return sorted;
-    }
-    let turns_left =
-        |o: Point2, a: Point2, b: Point2| (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x) > 0.0;
-    let mut hull: Vec<Point2> = Vec::with_capacity(sorted.len() + 1);
-    for pass in 0..2 {
-        let start = hull.len();
-        for &p in &sorted {
-            while hull.len() >= start + 2 && !turns_left(hull[hull.len() - 2], hull[hull.len() - 1], p) {
-                hull.pop();
-            }
-            hull.push(p);
-        }
-        hull.pop();
-        if pass == 0 {
-            sorted.reverse();
-        }
-    }
-    hull
 }
 
 /// Least distance from the origin to the polygon's edges, 0 when the origin is not inside.

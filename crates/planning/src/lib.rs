@@ -56,6 +56,7 @@ pub mod beam;
 pub mod candidates;
 pub mod collision;
 pub mod collision_risk;
+mod convex_hull;
 pub mod evaluation;
 pub mod footprint;
 pub mod forecast;

@@ -11,6 +11,7 @@ use crate::parameters::{FieldError, Range};
 use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
 use crate::evaluation::cpc::{CpcParams, InformationParams};
+use crate::evaluation::crowd_cluster::GroupParams;
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::evaluation::human_space::HumanSpaceParams;
@@ -78,6 +79,8 @@ crate::parameters! {
         pub hccdm: HccdmParams [table] = HccdmParams::default(),
         /// How large the rooms of the term `human-space` are, and the waves of `doppler`.
         pub human_space: HumanSpaceParams [table] = HumanSpaceParams::default(),
+        /// Who belongs together, and what room they take, for the terms `cnc` and `human-space`.
+        pub groups: GroupParams [table] = GroupParams::default(),
         /// Whether walls hide people from the terms that count them.
         pub sight: SightParams [table] = SightParams::default(),
         /// What the term `information-to-go` makes of uncertainty on the way to the goal.

@@ -10,6 +10,7 @@ use crate::collision_risk::RiskParams;
 use crate::evaluation::cpc::{
     CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams, RayField,
 };
+use crate::evaluation::crowd_cluster::GroupParams;
 use crate::evaluation::distance::DistanceEvaluator;
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::risk::RiskEvaluator;
@@ -50,7 +51,11 @@ impl Hall {
         let rays = Arc::new(RayField::new(&information, &map, &laser, &params));
         let cpc = CpcEvaluator::new(information, OdometryNoise::default(), CpcParams::default());
         Self {
-            cnc: HccdmEvaluator { params: HccdmParams::default(), sight: None },
+            cnc: HccdmEvaluator {
+                params: HccdmParams::default(),
+                groups: GroupParams::default(),
+                sight: None,
+            },
             occluded: CpcOccludedEvaluator::new(cpc.clone(), rays, ForecastParams::default()),
             cpc,
             distance: DistanceEvaluator::Geodesic(Arc::clone(&geodesic)),

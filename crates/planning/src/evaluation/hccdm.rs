@@ -5,9 +5,14 @@
 //! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
 //! and a component ends at [`CUT_SIGMAS`]. If walls hide people, a component weighs at each state as many as it has
 //! members in view of it.
+//!
+//! With [`GroupShape::Hull`] a crowd is as dense anywhere in the convex hull of its people, where they are expected at
+//! the time of the state, and falls off around it as a lone person's component does. It holds its people spread evenly,
+//! but is nowhere less dense than a lone one of them would be.
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::crowd_cluster::crowd_clusters;
+use crate::convex_hull::{area, convex_hull, perimeter};
+use crate::evaluation::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::hccdm_simd::{Lanes, State};
 use crate::evaluation::{Costs, Evaluator, Stopped, temper};
@@ -68,9 +73,6 @@ crate::parameters! {
             0.01, 10.0, "m", "the spread of a lone person's zone follows from it and must not vanish;
             Hall's public space begins nearer"
         ] = 1.5,
-        /// Two people nearer than this stand together, metres, not negative: the far edge of Hall's close
-        /// social phase (A17). 3.6 m joins nearly all people in dense scenes, 1.2 m hardly any.
-        pub social_distance: f64 [0.0, 100.0, "m", "people farther apart do not stand together"] = 2.1,
         /// What sigma_g means.
         pub covariance: Covariance [words] = Covariance::Literal,
         /// How a component falls off.
@@ -93,35 +95,55 @@ crate::parameters! {
 pub struct Component {
     /// Mean mu_g of eq. 17: the person, or the centre of the smallest circle around the crowd; map frame.
     pub centre: Point2,
-    /// Diagonal of Sigma_g of eq. 16, m2, wider by what is not known of the members' positions.
+    /// Diagonal of Sigma_g of eq. 16, m2, wider by what is not known of the members' positions. Of a hull, that of what
+    /// is around it.
     pub variance: f64,
     /// p_g of eq. 18.
     pub weight: f64,
     /// Mean velocity of the members, m/s.
     pub velocity: Point2,
     /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component,
-    /// and so does what is not known of their velocities.
+    /// and so does what is not known of their velocities. A hull spreads by itself.
     pub velocity_variance: f64,
     /// Identities of the people in it, ascending.
     pub members: Vec<u32>,
+    /// Each of a crowd that takes the room of its hull; none otherwise.
+    each: Vec<Member>,
+}
+
+/// One of a crowd that takes the room of its hull.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Member {
+    /// Map frame.
+    position: Point2,
+    /// m/s.
+    velocity: Point2,
+    /// Diagonal of its Sigma_g if it were alone, m2.
+    variance: f64,
+    /// What is not known of its velocity, m2/s2.
+    velocity_variance: f64,
 }
 
 impl Component {
-    fn new(people: &People, cluster: &[usize], params: &HccdmParams) -> Self {
+    fn new(people: &People, cluster: &[usize], params: &HccdmParams, groups: &GroupParams) -> Self {
+        let is_hull = groups.shape == GroupShape::Hull && cluster.len() > 1;
         let positions: Vec<Point2> = cluster.iter().map(|&i| people.position(i)).collect();
         let (centre, radius) =
             smallest_enclosing_circle(&positions).map_or_else(Default::default, |c| (c.centre, c.radius));
-        let sigma = radius + params.personal_distance;
+        let sigma = if is_hull { params.personal_distance } else { radius + params.personal_distance };
         let mean =
             |of: &dyn Fn(usize) -> f64| cluster.iter().map(|&i| of(i)).sum::<f64>() / cluster.len() as f64;
         let velocity = Point2::new(mean(&|i| people.vx[i]), mean(&|i| people.vy[i]));
-        let off = |i: usize| Point2::new(people.vx[i], people.vy[i]).distance_squared(velocity);
+        let off = |i: usize| {
+            if is_hull { 0.0 } else { Point2::new(people.vx[i], people.vy[i]).distance_squared(velocity) }
+        };
+        let known_exactly = match params.covariance {
+            Covariance::Literal => sigma,
+            Covariance::Squared => sigma * sigma,
+        };
         Self {
             centre,
-            variance: match params.covariance {
-                Covariance::Literal => sigma,
-                Covariance::Squared => sigma * sigma,
-            } + mean(&|i| people.variances(i).0),
+            variance: known_exactly + mean(&|i| people.variances(i).0),
             weight: match params.weighting {
                 Weighting::People => cluster.len() as f64,
                 Weighting::Share => cluster.len() as f64 / people.len() as f64,
@@ -129,21 +151,69 @@ impl Component {
             velocity,
             velocity_variance: 0.5 * mean(&off) + mean(&|i| people.variances(i).1),
             members: cluster.iter().map(|&i| people.id[i]).collect(),
+            each: cluster
+                .iter()
+                .filter(|_| is_hull)
+                .map(|&i| Member::new(people, i, known_exactly))
+                .collect(),
         }
     }
 
     /// Where and how wide it is after `t` seconds.
     fn state(&self, params: &HccdmParams, t: f64) -> State {
-        match params.motion {
-            ComponentMotion::Frozen => State::new(params.kernel, self.centre, self.variance, self.weight),
-            ComponentMotion::Moving => {
-                let c = self.centre;
-                let v = self.velocity;
-                let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
-                let spread = params.forecast.variance(t) + self.velocity_variance * t * t;
-                State::new(params.kernel, centre, self.variance + spread, self.weight)
-            }
+        let t = match params.motion {
+            ComponentMotion::Moving => t,
+            ComponentMotion::Frozen => 0.0,
+        };
+        let variance = self.variance + (params.spread(t) + self.velocity_variance * t * t);
+        if self.each.is_empty() {
+            let c = self.centre;
+            let v = self.velocity;
+            let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
+            return State::new(params.kernel, centre, variance, self.weight);
         }
+        let expected: Vec<Point2> = self.each.iter().map(|member| member.after(t)).collect();
+        let hull = convex_hull(&expected);
+        // Steiner's formula: what a hull and the even strip around it hold.
+        let held = params.kernel.held(variance, area(&hull), perimeter(&hull));
+        let share = self.weight / self.each.len() as f64;
+        let peaks = self.each.iter().map(|member| share * member.peak(params, t));
+        let peak = peaks.fold(self.weight / held, f64::max);
+        State::of_hull(params.kernel, hull, variance, peak)
+    }
+}
+
+impl HccdmParams {
+    /// Variance by which the forecast widens what moves, after `t` seconds, m2.
+    fn spread(&self, t: f64) -> f64 {
+        match self.motion {
+            ComponentMotion::Moving => self.forecast.variance(t),
+            ComponentMotion::Frozen => 0.0,
+        }
+    }
+}
+
+impl Member {
+    /// The i-th person, whose Sigma_g is `known_exactly` if the position is, m2.
+    fn new(people: &People, i: usize, known_exactly: f64) -> Self {
+        let (position, velocity) = people.variances(i);
+        Self {
+            position: people.position(i),
+            velocity: Point2::new(people.vx[i], people.vy[i]),
+            variance: known_exactly + position,
+            velocity_variance: velocity,
+        }
+    }
+
+    /// The density at its mean if it were alone, after `t` seconds, 1/m2.
+    fn peak(&self, params: &HccdmParams, t: f64) -> f64 {
+        let spread = params.spread(t) + self.velocity_variance * t * t;
+        1.0 / params.kernel.held(self.variance + spread, 0.0, 0.0)
+    }
+
+    /// Where it is expected after `t` seconds.
+    fn after(&self, t: f64) -> Point2 {
+        Point2::new(self.position.x + self.velocity.x * t, self.position.y + self.velocity.y * t)
     }
 }
 
@@ -162,13 +232,14 @@ impl Hccdm {
     pub fn build(
         people: &People,
         params: &HccdmParams,
+        groups: &GroupParams,
         sight: Option<&Sight>,
         steps: usize,
         dt: f64,
     ) -> Self {
-        let clusters = crowd_clusters(people, params.social_distance, sight);
+        let clusters = crowd_clusters(people, groups, sight);
         let components: Vec<Component> =
-            clusters.iter().map(|cluster| Component::new(people, cluster, params)).collect();
+            clusters.iter().map(|cluster| Component::new(people, cluster, params, groups)).collect();
         let shape = (params.kernel, temper(params.saturation));
         let lanes =
             Lanes::new(steps, shape, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
@@ -197,6 +268,8 @@ fn time_of(k: usize, dt: f64) -> f64 {
 pub struct HccdmEvaluator {
     /// Such as [`HccdmParams::check`](crate::parameters::Ranged::check) passes.
     pub params: HccdmParams,
+    /// Who belongs together.
+    pub groups: GroupParams,
     /// What hides people; nothing does if there is none.
     pub sight: Option<Sight>,
 }
@@ -216,7 +289,7 @@ impl HccdmEvaluator {
         let steps = candidates.steps();
         let dt = candidates.dt();
         let sight = self.sight.as_ref();
-        let map = Hccdm::build(&scene.people, &self.params, sight, steps, dt);
+        let map = Hccdm::build(&scene.people, &self.params, &self.groups, sight, steps, dt);
         let mut view = sight.map(|sight| View::new(sight, scene, &map.clusters, steps, dt));
         let mut costs = Vec::with_capacity(candidates.len());
         let states = candidates.all_states();

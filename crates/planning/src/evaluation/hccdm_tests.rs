@@ -1,5 +1,6 @@
 use super::*;
 use crate::evaluation::Stopped;
+use crate::evaluation::crowd_cluster::Linkage;
 use crate::evaluation::crowd_cluster::tests::plain_clusters;
 use crate::evaluation::enclosing_circle::tests::brute_force_circle;
 use crate::geometry::{Pose2, Twist};
@@ -44,7 +45,6 @@ fn known_badly(r: &mut Rng, people: People) -> People {
 fn random_params(r: &mut Rng) -> HccdmParams {
     HccdmParams {
         personal_distance: between(r, 0.3, 2.0),
-        social_distance: between(r, 0.5, 4.0),
         covariance: if uniform(r) < 0.5 { Covariance::Literal } else { Covariance::Squared },
         weighting: if uniform(r) < 0.5 { Weighting::People } else { Weighting::Share },
         kernel: if uniform(r) < 0.5 { Kernel::Gaussian } else { Kernel::Flat },
@@ -52,6 +52,21 @@ fn random_params(r: &mut Rng) -> HccdmParams {
         forecast: ForecastParams::default(),
         saturation: 0.0,
     }
+}
+
+/// Groups by any linkage, in circles as the paper has them.
+fn random_groups(r: &mut Rng) -> GroupParams {
+    GroupParams {
+        linkage: if uniform(r) < 0.5 { Linkage::Distance } else { Linkage::DistanceAndVelocity },
+        social_distance: between(r, 0.5, 4.0),
+        velocity_difference: between(r, 0.2, 2.0),
+        ..GroupParams::default()
+    }
+}
+
+/// The map of groups as the paper has them.
+fn build(people: &People, params: &HccdmParams, steps: usize, dt: f64) -> Hccdm {
+    Hccdm::build(people, params, &GroupParams::default(), None, steps, dt)
 }
 
 /// Straight, evenly driven trajectories from random starts: arrays `[candidate, step]`.
@@ -75,14 +90,28 @@ fn scene(people: People) -> Scene {
     Scene::new(belief, people)
 }
 
-fn evaluate(params: HccdmParams, people: &People, candidates: &CandidateSet) -> Vec<f64> {
-    HccdmEvaluator { params, sight: None }.evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
+fn evaluate(
+    params: HccdmParams,
+    groups: GroupParams,
+    people: &People,
+    candidates: &CandidateSet,
+) -> Vec<f64> {
+    HccdmEvaluator { params, groups, sight: None }
+        .evaluate(&scene(people.clone()), candidates, &|| false)
+        .unwrap()
 }
 
 /// Equations 16 to 18 as they stand, with every shortcut left out.
-fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f64]) -> f64 {
+fn plain_cost(
+    people: &People,
+    params: &HccdmParams,
+    groups: &GroupParams,
+    dt: f64,
+    x: &[f64],
+    y: &[f64],
+) -> f64 {
     let mut cost = 0.0;
-    for cluster in plain_clusters(people, params.social_distance) {
+    for cluster in plain_clusters(people, groups) {
         let points: Vec<Point2> = cluster.iter().map(|&i| people.position(i)).collect();
         let eps = cluster.len() as f64;
         let circle = brute_force_circle(&points);
@@ -130,15 +159,16 @@ fn five_thousand_random_maps_equal_the_plain_equations() {
         let crowd = random_people(&mut r, n, side);
         let crowd = if seed % 2 == 0 { known_badly(&mut r, crowd) } else { crowd };
         let params = random_params(&mut r);
+        let groups = random_groups(&mut r);
         let steps = 1 + (uniform(&mut r) * 30.0) as usize;
         let dt = between(&mut r, 0.05, 0.5);
         let candidates = random_candidates(&mut r, 3, steps, dt, side);
-        let costs = evaluate(params, &crowd, &candidates);
+        let costs = evaluate(params, groups, &crowd, &candidates);
         for (i, cost) in costs.into_iter().enumerate() {
             let range = candidates.range(i);
             let x = &candidates.all_states().x[range.clone()];
             let y = &candidates.all_states().y[range];
-            let expected = plain_cost(&crowd, &params, dt, x, y);
+            let expected = plain_cost(&crowd, &params, &groups, dt, x, y);
             assert!((cost - expected).abs() <= 1e-9 * expected, "seed {seed}: {cost} for {expected}");
             positive += usize::from(cost > 0.0);
         }
@@ -152,11 +182,12 @@ fn sharding_changes_no_cost() {
         let mut r = rng(seed, 6);
         let crowd = random_people(&mut r, (uniform(&mut rng(seed, 7)) * 40.0) as usize, 15.0);
         let params = random_params(&mut r);
+        let groups = random_groups(&mut r);
         let candidates = random_candidates(&mut r, 40, 13, 0.3, 15.0);
-        let whole = evaluate(params, &crowd, &candidates);
+        let whole = evaluate(params, groups, &crowd, &candidates);
         let cut = (uniform(&mut r) * 40.0) as usize;
-        let mut parts = evaluate(params, &crowd, &candidates.pick(0..cut));
-        parts.extend(evaluate(params, &crowd, &candidates.pick(cut..40)));
+        let mut parts = evaluate(params, groups, &crowd, &candidates.pick(0..cut));
+        parts.extend(evaluate(params, groups, &crowd, &candidates.pick(cut..40)));
         let bits = |costs: &[f64]| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&whole), bits(&parts), "seed {seed}");
     }
@@ -169,7 +200,7 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
         let crowd = random_people(&mut r, 30, 15.0);
         let candidates = random_candidates(&mut r, 1, 21, 0.2, 15.0);
         let params = random_params(&mut r);
-        let map = Hccdm::build(&crowd, &params, None, 21, 0.2);
+        let map = build(&crowd, &params, 21, 0.2);
         let x = &candidates.all_states().x;
         let y = &candidates.all_states().y;
         let sum = (0..21)
@@ -188,7 +219,7 @@ fn density(map: &Hccdm, params: &HccdmParams, t: f64, p: Point2) -> f64 {
 fn printed_density(covariance: Covariance, rows: &[[f64; 4]], weighting: Weighting, p: Point2) -> f64 {
     let params =
         HccdmParams { covariance, weighting, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
-    density(&Hccdm::build(&people(rows), &params, None, 1, 0.3), &params, 0.0, p)
+    density(&build(&people(rows), &params, 1, 0.3), &params, 0.0, p)
 }
 
 #[test]
@@ -221,7 +252,7 @@ fn individuals_and_crowds_have_the_published_densities() {
 fn a_flat_component_holds_as_many_people_and_half_of_its_peak_is_left_where_it_is_steep() {
     let params = |kernel| HccdmParams { kernel, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
     let at = |kernel, x: f64, y: f64| {
-        let map = Hccdm::build(&people(&[[0.0; 4]]), &params(kernel), None, 1, 0.3);
+        let map = build(&people(&[[0.0; 4]]), &params(kernel), 1, 0.3);
         density(&map, &params(kernel), 0.0, Point2::new(x, y))
     };
     for kernel in [Kernel::Gaussian, Kernel::Flat] {
@@ -245,7 +276,7 @@ fn people_who_walk_apart_leave_free_what_was_between_them() {
     let together = [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]];
     let params = HccdmParams::default();
     let at_centre = |rows: &[[f64; 4]], t: f64| {
-        let map = Hccdm::build(&people(rows), &params, None, 13, 0.3);
+        let map = build(&people(rows), &params, 13, 0.3);
         density(&map, &params, t, Point2::new(map.components[0].velocity.x * t, 0.0))
     };
     assert_eq!(at_centre(&apart, 0.0), at_centre(&together, 0.0));
@@ -270,7 +301,7 @@ fn a_path_through_ten_people_costs_more_than_one_past_a_single_person() {
         let params = HccdmParams { weighting, ..HccdmParams::default() };
         let mut both = ring.clone();
         both.push([10.0, 30.0, 0.0, 0.0]);
-        let map = Hccdm::build(&people(&both), &params, None, 40, 0.3);
+        let map = build(&people(&both), &params, 40, 0.3);
         assert_eq!(map.components().iter().map(|c| c.members.len()).collect::<Vec<_>>(), [10, 1]);
         let through_crowd = map.cost(&x, &y);
         let past_one = map.cost(&x, &[30.0; 40]);
@@ -286,7 +317,7 @@ fn a_farther_pedestrian_never_costs_more() {
         let mut before = f64::INFINITY;
         for i in 0..4000 {
             let offset = 0.002 * f64::from(i);
-            let map = Hccdm::build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, None, 13, 0.3);
+            let map = build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, 13, 0.3);
             let x: Vec<f64> = (0..13).map(|k| 0.3 * f64::from(k)).collect();
             let cost = map.cost(&x, &[0.0; 13]);
             assert!(
@@ -319,8 +350,8 @@ fn moving_the_world_moves_nothing() {
                 [p.x, p.y, v.x, v.y]
             })
             .collect();
-        let here = Hccdm::build(&crowd, &params, None, 13, 0.3);
-        let there = Hccdm::build(&people(&rows), &params, None, 13, 0.3);
+        let here = build(&crowd, &params, 13, 0.3);
+        let there = build(&people(&rows), &params, 13, 0.3);
         for i in 0..5 {
             let range = candidates.range(i);
             let x = &candidates.all_states().x[range.clone()];
@@ -341,7 +372,7 @@ fn a_moving_person_is_met_where_they_will_be() {
     let x: Vec<f64> = (0..13).map(|k| time_of(k, 0.3)).collect();
     let cost = |vx: f64, motion| {
         let params = HccdmParams { motion, ..HccdmParams::default() };
-        Hccdm::build(&people(&[[3.0, 0.0, vx, 0.0]]), &params, None, 13, 0.3).cost(&x, &[0.0; 13])
+        build(&people(&[[3.0, 0.0, vx, 0.0]]), &params, 13, 0.3).cost(&x, &[0.0; 13])
     };
     assert!(cost(1.0, ComponentMotion::Moving) < 0.3 * cost(0.0, ComponentMotion::Moving));
     assert_eq!(cost(1.0, ComponentMotion::Frozen), cost(-1.0, ComponentMotion::Frozen));
@@ -354,17 +385,21 @@ fn people_known_with_errors_of_zero_cost_what_people_known_without_cost() {
     let candidates = random_candidates(&mut r, 20, 13, 0.3, 12.0);
     let zeros = vec![0.0; crowd.len()];
     let exact = People { position_variance: zeros.clone(), velocity_variance: zeros, ..crowd.clone() };
-    let costs = evaluate(HccdmParams::default(), &crowd, &candidates);
-    assert_eq!(evaluate(HccdmParams::default(), &exact, &candidates), costs);
+    let costs = evaluate(HccdmParams::default(), GroupParams::default(), &crowd, &candidates);
+    assert_eq!(evaluate(HccdmParams::default(), GroupParams::default(), &exact, &candidates), costs);
     let badly = known_badly(&mut r, crowd);
-    assert_ne!(evaluate(HccdmParams::default(), &badly, &candidates), costs);
+    assert_ne!(evaluate(HccdmParams::default(), GroupParams::default(), &badly, &candidates), costs);
 }
 
 #[test]
 fn no_people_cost_nothing_and_a_spent_budget_gives_no_half_answer() {
     let candidates = random_candidates(&mut rng(1, 10), 4, 13, 0.3, 10.0);
-    assert_eq!(evaluate(HccdmParams::default(), &People::default(), &candidates), [0.0; 4]);
-    let evaluator = HccdmEvaluator { params: HccdmParams::default(), sight: None };
+    assert_eq!(
+        evaluate(HccdmParams::default(), GroupParams::default(), &People::default(), &candidates),
+        [0.0; 4]
+    );
+    let evaluator =
+        HccdmEvaluator { params: HccdmParams::default(), groups: GroupParams::default(), sight: None };
     assert_eq!(evaluator.evaluate(&scene(People::default()), &candidates, &|| true), Err(Stopped));
 }
 
@@ -373,17 +408,18 @@ fn a_parameter_out_of_range_is_named() {
     let params = HccdmParams { personal_distance: 0.0, ..HccdmParams::default() };
     let message = params.check().unwrap_err().to_string();
     assert!(message.starts_with("personal_distance: is 0; give 0.01 to 10 m: "), "{message}");
-    let params = HccdmParams { social_distance: f64::NAN, ..HccdmParams::default() };
-    assert!(params.check().unwrap_err().to_string().starts_with("social_distance"));
+    let groups = GroupParams { social_distance: f64::NAN, ..GroupParams::default() };
+    assert!(groups.check().unwrap_err().to_string().starts_with("social_distance"));
 }
 
 #[test]
 fn in_a_dense_crowd_each_further_person_counts_less_and_without_saturation_as_much() {
     // So many people in one place, far from each other's crowds in time: one component each.
-    let apart = HccdmParams { social_distance: 0.0, ..HccdmParams::default() };
+    let apart = GroupParams { social_distance: 0.0, ..GroupParams::default() };
     let cost = |count: usize, saturation: f64| {
         let rows: Vec<[f64; 4]> = (0..count).map(|k| [5.0 + 0.01 * k as f64, 5.0, 0.0, 0.0]).collect();
-        Hccdm::build(&people(&rows), &HccdmParams { saturation, ..apart }, None, 1, 0.3).cost(&[5.0], &[5.0])
+        let params = HccdmParams { saturation, ..HccdmParams::default() };
+        Hccdm::build(&people(&rows), &params, &apart, None, 1, 0.3).cost(&[5.0], &[5.0])
     };
     let [one, two, eight] = [1, 2, 8].map(|count| cost(count, 0.0));
     assert!((two / one - 2.0).abs() < 0.01 && (eight / one - 8.0).abs() < 0.1, "{one}, {two}, {eight}");

@@ -1,7 +1,8 @@
 //! Human space after the paper's reference 6, inferred: the room around people who walk, and around groups.
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::crowd_cluster::crowd_clusters;
+use crate::convex_hull::{convex_hull, distance_squared};
+use crate::evaluation::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::{Costs, Evaluator, each};
 use crate::geometry::Point2;
@@ -18,8 +19,6 @@ crate::parameters! {
         pub personal: f64 [0.01, 10.0, "m", "Hall's public space begins nearer"] = 0.55,
         /// How much farther it reaches ahead of one who walks, per speed, s/m.
         pub ahead: f64 [0.0, 100.0, "s/m", "farther ahead is beyond the horizon"] = 11.0 / 6.0,
-        /// People nearer to each other than this are a group, metres, as for `cnc`.
-        pub social_distance: f64 [0.0, 100.0, "m", "people farther apart do not stand together"] = 2.1,
         /// How far ahead of its middle the room of a group lies, seconds of its way.
         pub shift: f64 [0.0, 10.0, "s", "farther ahead is beyond the horizon"] = 0.5,
         /// Distance beyond a group's circle at which its room has fallen to one half, along its way, metres.
@@ -35,17 +34,98 @@ crate::parameters! {
 
 /// Term `human-space`: the greatest of all rooms at each state, summed over the states, without unit. If walls hide
 /// people, the room of a group counts where any of it is in view.
+///
+/// With [`GroupShape::Hull`] each person of a group has a room as if alone, and the group has one around the convex hull
+/// of where they are expected, as wide as that of one who stands. So a group takes nowhere less room than one of it.
 #[derive(Debug, Clone)]
 pub struct HumanSpaceEvaluator {
     /// How large the rooms are.
     pub params: HumanSpaceParams,
+    /// Who belongs together.
+    pub groups: GroupParams,
     /// What hides people; nothing does if there is none.
     pub sight: Option<Sight>,
 }
 
+/// The room of a person or a group.
+#[derive(Debug, Clone)]
+enum Room {
+    Oval(Oval),
+    Hull(HullRoom),
+}
+
+impl Room {
+    /// How many standard deviations `p` is away from it at state `step` of a candidate, after `t` seconds, squared.
+    fn away(&self, p: Point2, step: usize, t: f64) -> f64 {
+        match self {
+            Self::Oval(oval) => oval.away(p, t),
+            Self::Hull(room) => distance_squared(&room.hulls[step], p) / (room.sigma * room.sigma),
+        }
+    }
+}
+
+/// A Gaussian of height one around the convex hull of people.
+#[derive(Debug, Clone)]
+struct HullRoom {
+    /// Of the people as they are expected at each state.
+    hulls: Vec<Vec<Point2>>,
+    /// Standard deviation, metres.
+    sigma: f64,
+}
+
+impl HullRoom {
+    fn new(people: &People, members: &[usize], sigma: f64, candidates: &CandidateSet) -> Self {
+        let hull = |step: usize| {
+            let t = (step + 1) as f64 * candidates.dt();
+            let expected: Vec<Point2> = members.iter().map(|&i| people.position_after(i, t)).collect();
+            convex_hull(&expected)
+        };
+        Self { hulls: (0..candidates.steps()).map(hull).collect(), sigma }
+    }
+}
+
+/// Rooms, and the people of each as indices.
+struct Rooms {
+    rooms: Vec<Room>,
+    members: Vec<Vec<usize>>,
+}
+
+impl Rooms {
+    /// One of each group.
+    fn of_circles(people: &People, groups: Vec<Vec<usize>>, params: &HumanSpaceParams) -> Self {
+        let room = |members: &Vec<usize>| match members[..] {
+            [person] => Room::Oval(Oval::of_person(people, person, params)),
+            _ => Room::Oval(Oval::of_group(people, members, params)),
+        };
+        Self { rooms: groups.iter().map(room).collect(), members: groups }
+    }
+
+    /// One of each person, and one of each group of several.
+    fn of_hulls(
+        people: &People,
+        groups: Vec<Vec<usize>>,
+        params: &HumanSpaceParams,
+        candidates: &CandidateSet,
+    ) -> Self {
+        let mut rooms = Vec::with_capacity(people.len() + groups.len());
+        let mut members = Vec::with_capacity(people.len() + groups.len());
+        for person in 0..people.len() {
+            rooms.push(Room::Oval(Oval::of_person(people, person, params)));
+            members.push(vec![person]);
+        }
+        for group in groups {
+            if group.len() > 1 {
+                rooms.push(Room::Hull(HullRoom::new(people, &group, params.personal, candidates)));
+                members.push(group);
+            }
+        }
+        Self { rooms, members }
+    }
+}
+
 /// A Gaussian of height one in the frame of motion.
 #[derive(Debug, Clone, Copy)]
-struct Room {
+struct Oval {
     centre: Point2,
     velocity: (f64, f64),
     /// Unit vector along the way; any where there is none.
@@ -56,7 +136,7 @@ struct Room {
     core: f64,
 }
 
-impl Room {
+impl Oval {
     fn of_person(people: &People, i: usize, params: &HumanSpaceParams) -> Self {
         let vx = people.vx[i];
         let vy = people.vy[i];
@@ -112,15 +192,14 @@ impl Evaluator for HumanSpaceEvaluator {
         let people = &scene.people;
         let params = &self.params;
         let sight = self.sight.as_ref();
-        let groups = crowd_clusters(people, params.social_distance, sight);
-        let room = |members: &Vec<usize>| match members[..] {
-            [person] => Room::of_person(people, person, params),
-            _ => Room::of_group(people, members, params),
+        let groups = crowd_clusters(people, &self.groups, sight);
+        let Rooms { rooms, members } = match self.groups.shape {
+            GroupShape::Circle => Rooms::of_circles(people, groups, params),
+            GroupShape::Hull => Rooms::of_hulls(people, groups, params, candidates),
         };
-        let rooms: Vec<Room> = groups.iter().map(room).collect();
         let states = candidates.all_states();
         let dt = candidates.dt();
-        let mut view = sight.map(|sight| View::new(sight, scene, &groups, candidates.steps(), dt));
+        let mut view = sight.map(|sight| View::new(sight, scene, &members, candidates.steps(), dt));
         each(candidates, should_stop, |i| {
             let mut sum = 0.0;
             for (k, state) in candidates.range(i).enumerate() {
@@ -128,7 +207,7 @@ impl Evaluator for HumanSpaceEvaluator {
                 let t = (k + 1) as f64 * dt;
                 let mut view = view.as_mut().map(|view| (view.place_of(candidates, i, k), view));
                 // The greatest room is the nearest one.
-                let away = nearest(&rooms, p, t, |group| {
+                let away = nearest(&rooms, p, (k, t), |group| {
                     view.as_mut().is_none_or(|(place, view)| view.shows(*place, group))
                 });
                 sum += exp(-0.5 * away);
@@ -139,11 +218,16 @@ impl Evaluator for HumanSpaceEvaluator {
 }
 
 /// How far away the nearest room in view is, as [`Room::away`] has it; infinite without one.
-fn nearest(rooms: &[Room], p: Point2, t: f64, mut is_in_view: impl FnMut(usize) -> bool) -> f64 {
+fn nearest(
+    rooms: &[Room],
+    p: Point2,
+    (step, t): (usize, f64),
+    mut is_in_view: impl FnMut(usize) -> bool,
+) -> f64 {
     let mut nearest = f64::INFINITY;
-    for (group, room) in rooms.iter().enumerate() {
-        let away = room.away(p, t);
-        if away < nearest && is_in_view(group) {
+    for (number, room) in rooms.iter().enumerate() {
+        let away = room.away(p, step, t);
+        if away < nearest && is_in_view(number) {
             nearest = away;
         }
     }
@@ -222,7 +306,11 @@ mod tests {
     }
 
     fn human_space(of: &[[f64; 4]], candidates: &CandidateSet) -> f64 {
-        let term = HumanSpaceEvaluator { params: HumanSpaceParams::default(), sight: None };
+        let term = HumanSpaceEvaluator {
+            params: HumanSpaceParams::default(),
+            groups: GroupParams::default(),
+            sight: None,
+        };
         term.evaluate(&scene(People::walking(0.25, of)), candidates, &|| false).unwrap()[0]
     }
 

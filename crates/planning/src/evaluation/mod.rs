@@ -20,6 +20,8 @@ pub mod risk;
 pub mod uncertainty;
 
 #[cfg(test)]
+mod crowd_hull_tests;
+#[cfg(test)]
 mod dispatch_tests;
 
 use crate::candidates::CandidateSet;

@@ -4,7 +4,7 @@ use super::*;
 use crate::candidates::CandidateSet;
 use crate::evaluation::Evaluator;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
-use crate::evaluation::crowd_cluster::crowd_clusters;
+use crate::evaluation::crowd_cluster::{GroupParams, crowd_clusters};
 use crate::evaluation::hccdm::{Hccdm, HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
 use crate::forecast::ForecastParams;
@@ -43,9 +43,10 @@ fn terms(sight: Option<&Sight>) -> [(&'static str, Box<dyn Evaluator>); 4] {
     let params = HumanSpaceParams::default();
     let forecast = ForecastParams::default();
     let hccdm = HccdmParams::default();
+    let groups = GroupParams::default();
     [
-        ("cnc", Box::new(HccdmEvaluator { params: hccdm, sight: sight.clone() })),
-        ("human-space", Box::new(HumanSpaceEvaluator { params, sight: sight.clone() })),
+        ("cnc", Box::new(HccdmEvaluator { params: hccdm, groups, sight: sight.clone() })),
+        ("human-space", Box::new(HumanSpaceEvaluator { params, groups, sight: sight.clone() })),
         ("doppler", Box::new(DopplerEvaluator { params, sight: sight.clone() })),
         (
             "collision-risk",
@@ -108,9 +109,9 @@ fn people_on_two_sides_of_a_wall_are_not_linked() {
     let sight = floor();
     let rows = [[4.0, 3.5, 0.0, 0.0], [4.0, 4.6, 0.0, 0.0], [4.5, 4.8, 0.0, 0.0]];
     let people = People::walking(0.25, &rows);
-    assert_eq!(crowd_clusters(&people, 2.1, None), [vec![0, 1, 2]]);
-    assert_eq!(crowd_clusters(&people, 2.1, Some(&sight)), [vec![0], vec![1, 2]]);
-    let map = Hccdm::build(&people, &HccdmParams::default(), Some(&sight), 3, 0.3);
+    assert_eq!(crowd_clusters(&people, &GroupParams::default(), None), [vec![0, 1, 2]]);
+    assert_eq!(crowd_clusters(&people, &GroupParams::default(), Some(&sight)), [vec![0], vec![1, 2]]);
+    let map = Hccdm::build(&people, &HccdmParams::default(), &GroupParams::default(), Some(&sight), 3, 0.3);
     assert_eq!(map.components().iter().map(|c| c.weight).collect::<Vec<_>>(), [1.0, 2.0]);
 }
 
@@ -246,7 +247,8 @@ fn the_crowd_cost_is_the_sum_over_those_that_a_plain_ray_shows() {
     for seed in 0..6 {
         let mut r = rng(seed, 51);
         let sight = random_floor(&mut r, 40);
-        let params = HccdmParams { social_distance: 0.0, ..HccdmParams::default() };
+        let params = HccdmParams::default();
+        let groups = GroupParams { social_distance: 0.0, ..GroupParams::default() };
         // People and robots that stand, robots in the centres of places: nothing is rounded.
         let people = random_people(&mut r, 20, 0.0);
         let scene = scene(Pose2::new(7.5, 7.5, 0.0), people.clone());
@@ -256,13 +258,13 @@ fn the_crowd_cost_is_the_sum_over_those_that_a_plain_ray_shows() {
             (0..8).for_each(|_| states.push(Pose2::new(at[0], at[1], 0.0), Twist::default()));
         }
         let set = CandidateSet::new(8, 0.3, (0..40).collect(), states).unwrap();
-        let evaluator = HccdmEvaluator { params, sight: Some(sight.clone()) };
+        let evaluator = HccdmEvaluator { params, groups, sight: Some(sight.clone()) };
         let found = evaluator.evaluate(&scene, &set, &|| false).unwrap();
         for (candidate, cost) in found.iter().enumerate() {
             let p = set.all_states().position(set.range(candidate).start);
             let mut expected = 0.0;
             for i in (0..people.len()).filter(|&i| sight.is_free(people.position(i), p)) {
-                let alone = Hccdm::build(&people.pick([i]), &params, None, 8, 0.3);
+                let alone = Hccdm::build(&people.pick([i]), &params, &groups, None, 8, 0.3);
                 expected += alone.cost(&[p.x; 8], &[p.y; 8]);
             }
             assert!((cost - expected).abs() < 1e-9, "seed {seed}: {cost} {expected}");
@@ -293,7 +295,11 @@ fn neither_vectors_nor_other_candidates_change_a_cost() {
         let sight = random_floor(&mut r, 40);
         let scene = scene(Pose2::new(7.5, 7.5, 0.0), random_people(&mut r, 30, 1.0));
         let set = random_drives(&mut r, 40, 13, 0.3);
-        let cnc = HccdmEvaluator { params: HccdmParams::default(), sight: Some(sight.clone()) };
+        let cnc = HccdmEvaluator {
+            params: HccdmParams::default(),
+            groups: GroupParams::default(),
+            sight: Some(sight.clone()),
+        };
         let first = cnc.evaluate(&scene, &set, &|| false).unwrap();
         for level in levels() {
             let costs = cnc.evaluate_at(level, &scene, &set, &|| false).unwrap();

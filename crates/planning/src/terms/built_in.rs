@@ -11,6 +11,7 @@ use super::term_params::{CpcTermParams, InformationToGoTermParams};
 use crate::collision_risk::RiskParams;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
 use crate::evaluation::cpc::{CpcEvaluator, CpcOccludedEvaluator};
+use crate::evaluation::crowd_cluster::GroupParams;
 use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
@@ -168,13 +169,14 @@ impl SightParams {
 crate::parameters! {
     struct HumanSpaceTermParams {
         human_space: HumanSpaceParams [table],
+        groups: GroupParams [table],
         sight: SightParams [table],
     }
 }
 
 impl HumanSpaceTermParams {
     fn of(profile: &Profile) -> Self {
-        Self { human_space: profile.human_space, sight: profile.sight }
+        Self { human_space: profile.human_space, groups: profile.groups, sight: profile.sight }
     }
 }
 
@@ -192,7 +194,7 @@ impl BuiltIn for HumanSpace {
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
         let sight = params.sight.of(task, fields)?;
-        Ok(Arc::new(HumanSpaceEvaluator { params: params.human_space, sight }))
+        Ok(Arc::new(HumanSpaceEvaluator { params: params.human_space, groups: params.groups, sight }))
     }
 }
 
@@ -216,6 +218,7 @@ impl BuiltIn for Doppler {
 crate::parameters! {
     struct CncTermParams {
         hccdm: HccdmParams [table],
+        groups: GroupParams [table],
         sight: SightParams [table],
     }
 }
@@ -228,12 +231,12 @@ impl BuiltIn for Cnc {
     type Params = CncTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
-        CncTermParams { hccdm: profile.hccdm, sight: profile.sight }
+        CncTermParams { hccdm: profile.hccdm, groups: profile.groups, sight: profile.sight }
     }
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
         let sight = params.sight.of(task, fields)?;
-        Ok(Arc::new(HccdmEvaluator { params: params.hccdm, sight }))
+        Ok(Arc::new(HccdmEvaluator { params: params.hccdm, groups: params.groups, sight }))
     }
 }
 

@@ -187,8 +187,26 @@ DATASETS = (
         ),
     ),
     Dataset(
+        name="peds_eth",
+        what="recorded pedestrians: ETH eth and hotel, 2.5 positions per second, and who walks together",
+        licence="free for use with credit to the authors: Pellegrini, Ess, Schindler, van Gool, You'll Never Walk"
+        " Alone, ICCV 2009; MIT for the repository",
+        source="github.com/crowdbotp/OpenTraj",
+        files=(
+            *_github(
+                "crowdbotp/OpenTraj",
+                "97ec1d5e1b579f26febeaa9083705952deac338a",
+                "datasets/ETH/",
+                ("seq_eth/obsmat.txt", 1_158_040, "d452ae2185ecb1164c2fdf31e75f6236f4c2ffc02c751a6b2ae921740cbc60d1"),
+                ("seq_eth/groups.txt", 691, "adc0347d1c6d969cd41b429cabca1bf462c0b240357d155ec3a5140a2d674893"),
+                ("seq_hotel/obsmat.txt", 850_720, "2b8577595204a6b780b80258fd50da35adb7293e3e06ad6f8e1b60965e7dde6e"),
+                ("seq_hotel/groups.txt", 360, "96adeafaf0a4e4e86ed446f5865b990d67554059d5c47a4add4bbaa83cbd801a"),
+            ),
+        ),
+    ),
+    Dataset(
         name="peds_eth_ucy",
-        what="recorded pedestrians: UCY zara01 and students03, 2.5 positions per second",
+        what="recorded pedestrians: UCY zara01 and students03, 2.5 positions per second, and who walks together",
         licence="free for use with credit to the authors: Lerner, Chrysanthou, Lischinski, Crowds by Example, Computer"
         " Graphics Forum, 2007; MIT for the repositories",
         source="github.com/crowdbotp/OpenTraj, github.com/abduallahmohamed/Social-STGCNN",
@@ -203,6 +221,8 @@ DATASETS = (
                     2_752_596,
                     "d9fd7048eab7d3d9550d7ac4f59b19d97a87612310e8c8e48cf3aaf59764ff80",
                 ),
+                ("zara01/groups.txt", 339, "13e43c938e01cd8c3dca4e3144aa0acaf6adfe75c4374bc41bbfbfbc199b3a89"),
+                ("students03/groups.txt", 1_188, "93f1c1d59e089de38ca9d3a81d1592f8add87fac92130abdedcc3a8267177e02"),
             ),
             *_github(
                 "abduallahmohamed/Social-STGCNN",
