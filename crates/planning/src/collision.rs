@@ -223,7 +223,7 @@ impl<'a> CollisionChecker<'a> {
             return Self::GUARD;
         }
         let t = self.ahead(i, t);
-        let forecast = self.forecast.variance(t) + self.people.variance_after(i, t);
+        let forecast = self.forecast.variance_at(self.people.speed(i), t) + self.people.variance_after(i, t);
         let sigma = (self.belief_variance + forecast).sqrt();
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }

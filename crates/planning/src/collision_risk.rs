@@ -108,21 +108,21 @@ impl Contacts {
     }
 
     /// Which of eight people the robot may touch at `p`, lowest bit first, and how far they are, metres. Their
-    /// forecasts have these means and the standard deviation `sigma`. Beyond contact and four of these there is no
-    /// chance.
+    /// forecasts have these means and standard deviations. Beyond contact and four of these there is no chance.
     #[inline(always)]
     pub(crate) fn near<S: Simd>(
         &self,
         simd: S,
         p: Point2,
         means: &[[f64; LANES]; 2],
-        sigma: f64,
+        sigmas: &[f64; LANES],
     ) -> (u64, [f64; LANES]) {
         let [x, y] = means.map(|of| f64x8::load_array(simd, of));
         let dx = p.x - x;
         let dy = p.y - y;
         let distances = (dx * dx + dy * dy).sqrt();
-        (distances.simd_lt(self.contact + overlap::CUT * sigma).to_bitmask(), distances.into())
+        let far = self.contact + overlap::CUT * f64x8::load_array_ref(simd, sigmas);
+        (distances.simd_lt(far).to_bitmask(), distances.into())
     }
 
     /// Adds the chance that the robot touches those of eight people from `first` on who are `near`, as
@@ -134,12 +134,13 @@ impl Contacts {
         mut near: u64,
         distances: [f64; LANES],
         first: usize,
-        sigma: f64,
+        sigmas: &[f64; LANES],
         share: f64,
     ) {
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             near &= near - 1;
+            let sigma = sigmas[lane];
             if sigma <= 0.0 {
                 self.worst[first + lane] = share.max(self.worst[first + lane]);
                 continue;
@@ -376,8 +377,8 @@ mod tests {
     fn free<S: Simd>(simd: S, contacts: &mut Contacts, people: &People, way: &[(f64, Point2, f64)]) -> f64 {
         for &(t, p, sigma) in way {
             for (group, means) in means_after(people, t).iter().enumerate() {
-                let (near, distances) = contacts.near(simd, p, means, sigma);
-                contacts.add(simd, near, distances, group * LANES, sigma, 1.0);
+                let (near, distances) = contacts.near(simd, p, means, &[sigma; LANES]);
+                contacts.add(simd, near, distances, group * LANES, &[sigma; LANES], 1.0);
             }
         }
         contacts.free(simd)

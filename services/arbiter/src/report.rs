@@ -141,8 +141,14 @@ impl CycleOutcome {
         let course = &context.course;
         let hides = profile.sight.walls_hide;
         let sight = hides.then(|| Sight::new(Arc::clone(&course.map), course.robot.v_max));
-        let crowds =
-            Hccdm::build(&self.scene.people, &profile.hccdm, sight.as_ref(), profile.steps, profile.dt);
+        let crowds = Hccdm::build(
+            &self.scene.people,
+            &profile.hccdm,
+            &profile.groups,
+            sight.as_ref(),
+            profile.steps,
+            profile.dt,
+        );
         let (scored, total) = with_cost(self.verdict.totals.total.iter().copied());
         let rejected = self.verdict.rejected.iter().enumerate().filter_map(|(i, rejection)| {
             Some(RejectedCandidate { candidate: i as u32, why: rejection_to_wire(rejection.as_ref()?) })

@@ -7,12 +7,13 @@ use crate::evaluation::cpc::CpcEvaluator;
 use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
-use crate::lanes::{LANES, Level, Simd, dispatch};
-use crate::scene::Scene;
+use crate::lanes::{LANES, Level, Simd, SimdBase, SimdFloat, dispatch, f64x8};
+use crate::scene::{People, Scene};
 use crate::sight::{Sight, View};
 
 /// Term `collision-risk`: `1 - prod_i (1 - max_k P_ik)`, a probability. `P_ik` is the mass of person i's forecast for
-/// state k within the two radii; a product over k would count one encounter many times.
+/// state k within the two radii; a product over k would count one encounter many times. What is not known of a person
+/// now widens its forecast.
 #[derive(Debug, Clone)]
 pub struct CollisionRiskEvaluator {
     /// The robot's, metres.
@@ -45,7 +46,7 @@ impl Evaluator for CollisionRiskEvaluator {
         }
         let moments = (0..candidates.steps()).map(|k| {
             let t = (k + 1) as f64 * candidates.dt();
-            Moment { means: means_after(people, t), variance: self.forecast.variance(t) }
+            Moment { means: means_after(people, t), variances: self.variances_after(people, t) }
         });
         let moments: Vec<Moment> = moments.collect();
         let mut contacts = Contacts::new(self.radius + people.radius, people.len());
@@ -77,8 +78,23 @@ impl Evaluator for CollisionRiskEvaluator {
 struct Moment {
     /// As [`means_after`] has them.
     means: Vec<[[f64; LANES]; 2]>,
-    /// Of the forecast, m2.
-    variance: f64,
+    /// Of the forecasts and of what is not known of people now, m2, eight by eight; any beyond the last.
+    variances: Vec<[f64; LANES]>,
+}
+
+impl CollisionRiskEvaluator {
+    /// How badly the positions of all people are known after `t` seconds, m2, eight by eight.
+    fn variances_after(&self, people: &People, t: f64) -> Vec<[f64; LANES]> {
+        let variance = |i: usize| {
+            if i < people.len() {
+                self.forecast.variance_at(people.speed(i), t) + people.variance_after(i, t)
+            } else {
+                0.0
+            }
+        };
+        let eight = |first: usize| std::array::from_fn(|lane| variance(first + lane));
+        (0..people.len()).step_by(LANES).map(eight).collect()
+    }
 }
 
 /// The cost of one candidate with states at these moments, positions `x` and `y`, and variances of the robot's
@@ -93,9 +109,9 @@ fn cost<S: Simd>(
 ) -> f64 {
     for (k, moment) in moments.iter().enumerate() {
         let p = Point2::new(x[k], y[k]);
-        let sigma = (moment.variance + variances[k]).sqrt();
-        for (group, means) in moment.means.iter().enumerate() {
-            let (mut near, distances) = contacts.near(simd, p, means, sigma);
+        for (group, (means, of_people)) in moment.means.iter().zip(&moment.variances).enumerate() {
+            let sigmas: [f64; LANES] = (f64x8::load_array_ref(simd, of_people) + variances[k]).sqrt().into();
+            let (mut near, distances) = contacts.near(simd, p, means, &sigmas);
             if near == 0 {
                 continue;
             }
@@ -103,7 +119,7 @@ fn cost<S: Simd>(
                 let place = view.place(k, x, y);
                 near = in_view(view, place, group, near);
             }
-            contacts.add(simd, near, distances, group * LANES, sigma, shares[k]);
+            contacts.add(simd, near, distances, group * LANES, &sigmas, shares[k]);
         }
     }
     1.0 - contacts.free(simd)
@@ -131,7 +147,7 @@ mod tests {
     use crate::geometry::{Pose2, Twist};
     use crate::motion::OdometryNoise;
     use crate::occupancy::{OccupancyGrid, StaticMap};
-    use crate::scene::{Belief, People};
+    use crate::scene::Belief;
     use crate::sensor::LaserModel;
     use crate::states::States;
 
@@ -216,5 +232,27 @@ mod tests {
         let lost = risk(&beside, 0.25, true);
         assert!(lost > 2.0 * known, "{known} and {lost}");
         assert_eq!(risk(&beside, 0.25, false), risk(&beside, 0.0025, false));
+    }
+
+    #[test]
+    fn what_a_tracker_does_not_know_widens_the_risk_and_errors_of_zero_change_nothing() {
+        let term = CollisionRiskEvaluator {
+            radius: 0.3,
+            v_max: 1.0,
+            standing_share: 1.0,
+            forecast: ForecastParams::default(),
+            belief: None,
+            sight: None,
+        };
+        let cost = |people: People| term.evaluate(&scene(people, 0.01), &straight(), &|| false).unwrap()[0];
+        let known = People::walking(0.25, &[[2.5, 6.5, 0.0, 0.0]]);
+        let tracked = |position: f64, velocity: f64| People {
+            position_variance: vec![position],
+            velocity_variance: vec![velocity],
+            ..known.clone()
+        };
+        assert_eq!(cost(tracked(0.0, 0.0)).to_bits(), cost(known.clone()).to_bits());
+        assert!(cost(tracked(0.2, 0.0)) > 2.0 * cost(known.clone()));
+        assert!(cost(tracked(0.0, 0.1)) > 2.0 * cost(known.clone()));
     }
 }

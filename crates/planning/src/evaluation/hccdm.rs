@@ -19,6 +19,7 @@ use crate::evaluation::{Costs, Evaluator, Stopped, temper};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::lanes::Level;
+use crate::numerics::hypot;
 use crate::scene::{People, Scene};
 use crate::sight::{Sight, View};
 
@@ -165,7 +166,7 @@ impl Component {
             ComponentMotion::Moving => t,
             ComponentMotion::Frozen => 0.0,
         };
-        let variance = self.variance + (params.spread(t) + self.velocity_variance * t * t);
+        let variance = self.variance + (params.spread(self.velocity, t) + self.velocity_variance * t * t);
         if self.each.is_empty() {
             let c = self.centre;
             let v = self.velocity;
@@ -184,10 +185,10 @@ impl Component {
 }
 
 impl HccdmParams {
-    /// Variance by which the forecast widens what moves, after `t` seconds, m2.
-    fn spread(&self, t: f64) -> f64 {
+    /// Variance by which the forecast widens what moves with this velocity, after `t` seconds, m2.
+    fn spread(&self, velocity: Point2, t: f64) -> f64 {
         match self.motion {
-            ComponentMotion::Moving => self.forecast.variance(t),
+            ComponentMotion::Moving => self.forecast.variance_at(hypot(velocity.x, velocity.y), t),
             ComponentMotion::Frozen => 0.0,
         }
     }
@@ -207,7 +208,7 @@ impl Member {
 
     /// The density at its mean if it were alone, after `t` seconds, 1/m2.
     fn peak(&self, params: &HccdmParams, t: f64) -> f64 {
-        let spread = params.spread(t) + self.velocity_variance * t * t;
+        let spread = params.spread(self.velocity, t) + self.velocity_variance * t * t;
         1.0 / params.kernel.held(self.variance + spread, 0.0, 0.0)
     }
 

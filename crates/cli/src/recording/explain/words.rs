@@ -180,6 +180,8 @@ fn what_if(report: &CycleReport, active: &[&TermReport]) -> Vec<String> {
 mod tests {
     use curionav_testing::golden;
 
+    use curionav_schemas::Rejection;
+
     use super::*;
 
     #[test]

@@ -73,7 +73,8 @@ impl CpcOccludedEvaluator {
         let field = &*self.cpc.field;
         let at = |step: usize, i: usize| {
             let t = (step + 1) as f64 * candidates.dt();
-            let sigma = (self.forecast.variance(t) + people.variance_after(i, t)).sqrt().max(LEAST_SIGMA);
+            let forecast = self.forecast.variance_at(people.speed(i), t);
+            let sigma = (forecast + people.variance_after(i, t)).sqrt().max(LEAST_SIGMA);
             let p = field.grid_from_map(people.position_after(i, t));
             let across = people.radius + CUT * sigma;
             let reach = self.rays.reach;
