@@ -12,8 +12,8 @@ crate::parameters! {
         /// Those nearer to each other than the social distance, as in the paper (A17).
         #[default]
         Distance,
-        /// Those of them whose velocities differ by less than `velocity_difference`: two who pass each
-        /// other are none.
+        /// Those of them whose velocities differ by less than `velocity_difference`: two who
+        /// pass each other are none.
         DistanceAndVelocity,
     }
 }
@@ -39,8 +39,8 @@ crate::parameters! {
     pub struct GroupParams {
         /// Who are neighbours.
         pub linkage: Linkage [words] = Linkage::Distance,
-        /// Two people nearer than this may be neighbours, metres: the far edge of Hall's close social phase (A17). 3.6 m
-        /// joins nearly all people in dense scenes, 1.2 m hardly any.
+        /// Two people nearer than this may be neighbours, metres: the far edge of Hall's close social phase (A17).
+        /// 3.6 m joins nearly all people in dense scenes, 1.2 m hardly any.
         pub social_distance: f64 [0.0, 100.0, "m", "people farther apart do not stand together"] = 2.1,
         /// Two people whose velocities differ by this or more are no neighbours under `distance-and-velocity`, m/s.
         pub velocity_difference: f64 [0.0, 10.0, "m/s", "no two people differ by more"] = 0.6,

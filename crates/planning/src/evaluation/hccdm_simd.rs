@@ -30,8 +30,8 @@ crate::parameters! {
 }
 
 impl Kernel {
-    /// What a component of height one holds that is even in a convex hull and falls off around it, m2: the integral over
-    /// the plane, by Steiner's formula for the strips of the hull's surroundings. `variance` is that of a point's
+    /// What a component of height one holds that is even in a convex hull and falls off around it, m2: the integral
+    /// over the plane, by Steiner's formula for the strips of the hull's surroundings. `variance` is that of a point's
     /// component, m2, and the hull has this area, m2, and perimeter, metres.
     pub(super) fn held(self, variance: f64, area: f64, perimeter: f64) -> f64 {
         // Integrals over the distance d of the kernel and of 2 pi d times it.

@@ -35,8 +35,9 @@ crate::parameters! {
 /// Term `human-space`: the greatest of all rooms at each state, summed over the states, without unit. If walls hide
 /// people, the room of a group counts where any of it is in view.
 ///
-/// With [`GroupShape::Hull`] each person of a group has a room as if alone, and the group has one around the convex hull
-/// of where they are expected, as wide as that of one who stands. So a group takes nowhere less room than one of it.
+/// With [`GroupShape::Hull`] each person of a group has a room as if alone, and the group has one around the convex
+/// hull of where they are expected, as wide as that of one who stands. So a group takes nowhere less
+/// room than one of it.
 #[derive(Debug, Clone)]
 pub struct HumanSpaceEvaluator {
     /// How large the rooms are.
