@@ -96,6 +96,13 @@ pub struct Mission {
     pub end: Option<MissionEnd>,
 }
 
+impl Mission {
+    /// Whether no robot is to drive by it any more.
+    pub fn is_over(&self) -> bool {
+        matches!(self.state, MissionState::Cancelled | MissionState::Finished)
+    }
+}
+
 checks! { order: MissionOrder {
     robot: id;
     initial_pose: part;

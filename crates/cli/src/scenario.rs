@@ -15,10 +15,10 @@ use curionav_schemas::Clock;
 use curionav_deployment::built_in;
 use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice, Package};
+use curionav_in_process::Prepared;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::print::{note, print};
-use curionav_simulator::Prepared;
 
 use crate::things::things;
 
@@ -97,7 +97,7 @@ fn package(file: &Path, seed: u64) -> anyhow::Result<Package> {
 
 /// A scenario as it would be run. What does not fit its map may not fit because of how the map is read.
 fn prepared(package: &Package) -> anyhow::Result<Prepared> {
-    curionav_simulator::prepare(&package.request, "robot", &Fields::of_maps([])).map_err(|reject| {
+    curionav_in_process::prepare(&package.request, "robot", &Fields::of_maps([])).map_err(|reject| {
         let refusal = package.refusal(&reject);
         let Ok(survey) = package.survey() else { return refusal };
         if survey.odd.is_empty() && reject.field.is_none_or(|field| !field.starts_with("robot.")) {

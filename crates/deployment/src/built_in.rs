@@ -1,26 +1,11 @@
-//! Scenarios inside the program: they run without any file.
+//! Scenarios inside the program as commands find them.
 
 use std::path::{Path, PathBuf};
 
+pub(crate) use curionav_in_process::built_in::BuiltIn;
+
 use crate::files;
-
-/// A scenario with the files that it names, as they are under `scenarios/`.
-pub(crate) struct BuiltIn {
-    /// What the command line calls it.
-    name: &'static str,
-    pub(crate) scenario: &'static str,
-    /// The map's description.
-    pub(crate) yaml: &'static [u8],
-    /// The image that the description names.
-    pub(crate) image: &'static [u8],
-}
-
-const ALL: [BuiltIn; 1] = [BuiltIn {
-    name: "quickstart",
-    scenario: include_str!("../../../scenarios/quickstart.toml"),
-    yaml: include_bytes!("../../../scenarios/maps/quickstart.yaml"),
-    image: include_bytes!("../../../scenarios/maps/quickstart.pgm"),
-}];
+use curionav_in_process::built_in::ALL;
 
 /// The scenario that a command line means by `path`: a name without extension, unless a file is called so.
 pub(crate) fn find(path: &Path) -> Option<&'static BuiltIn> {
@@ -41,7 +26,7 @@ pub(crate) fn hint() -> String {
 /// If a file cannot be written.
 pub fn write_all(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut written = Vec::new();
-    for built_in in ALL {
+    for built_in in &ALL {
         let file = folder.join(built_in.name).with_extension("toml");
         let map = folder.join("maps").join(built_in.name);
         files::write(&map.with_extension("yaml"), built_in.yaml)?;

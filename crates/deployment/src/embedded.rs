@@ -1,7 +1,7 @@
 //! Services in this process, over one session.
 
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::fields::Fields;
+use curionav_runtime::map_store;
 use curionav_runtime::process::Start;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
@@ -29,7 +29,7 @@ impl Embedded {
 
     /// Starts one of each of these kinds on `session` and waits until each serves. Others may be elsewhere.
     pub async fn of(kinds: &[Kind], session: Session, config: &ServiceConfig) -> anyhow::Result<Self> {
-        let fields = Fields::new(&session);
+        let fields = map_store::fields(&session);
         let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
         for &kind in kinds {
             let (trigger, token) = shutdown();

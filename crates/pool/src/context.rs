@@ -4,17 +4,16 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::footprint::FootprintShape;
-use curionav_planning::generation::{self, Tree};
+use curionav_planning::generation::Tree;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::Obstacles;
-use curionav_planning::planner::{Course, CourseError};
-use curionav_planning::profile::Profile;
+use curionav_planning::planner::Course;
 use curionav_planning::scene as planning;
-use curionav_planning::terms::{self, DerivedFields, Task};
+use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_runtime::fields::{Fields, FieldsOf};
-use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
+use curionav_runtime::fields::Fields;
+use curionav_runtime::mission_course::{MissionCourse, past_obstacles};
+use curionav_schemas::{Mission, Reject, Scene, keys};
 
 use crate::question::{EvaluateQuestions, GenerateQuestion, Parameters};
 
@@ -37,52 +36,19 @@ pub struct PlanContext {
 impl PlanContext {
     /// Fetches the map and derives every field; blocks for as long as that takes (a second or so).
     pub fn new(mission: Mission, fields: &Fields, in_process: bool) -> Result<Self, Reject> {
-        let fields = &fields.of(mission.order.map);
-        convert::check_order(&mission.order)?;
-        let profile: Profile = convert::parameters("profile", &mission.order.profile)?;
-        if let Some(term) = profile.terms.keys().find(|term| keys::check_id(term).is_err()) {
-            return Err(Refusal::NotAName { found: term.clone() }.at("profile.terms"));
-        }
-        let task = Task {
-            goal: Point2::new(mission.order.goal_x, mission.order.goal_y),
-            goal_heading: mission.order.goal_heading,
-            robot: convert::robot_model(&mission.order.robot_model),
-            laser: convert::laser(&mission.order.laser),
-            noise: convert::noise(&mission.order.odometry_noise),
-        };
-        let parameters = Arc::new(Parameters::new(&profile)?);
-        let course = course(profile, task, mission.order.seed, fields)?;
-        let start = convert::pose(mission.order.initial_pose).position();
-        check_room(&course, mission.order.goal_tolerance)?;
-        if !course.has_way(start) {
-            let Point2 { x, y } = course.goal;
-            return Err(Refusal::UnreachableGoal { x, y }.at("goal"));
-        }
+        let MissionCourse { mission, course } = MissionCourse::new(mission, fields)?;
+        let parameters = Arc::new(Parameters::new(&course.profile)?);
         Ok(Self { mission, course, in_process, alone: false, parameters })
     }
 
     /// The same mission with these obstacles on the map, for a robot that is `here`; blocks while the way past them is
     /// derived.
     pub fn obstructed(&self, obstacles: &Obstacles, here: Point2, fields: &Fields) -> Result<Self, Reject> {
-        let of_map = fields.of_obstructed(self.mission.order.map, obstacles, here)?;
         Ok(Self {
             mission: self.mission.clone(),
-            course: self.course.past(&of_map)?,
+            course: past_obstacles(&self.course, &self.mission, obstacles, here, fields)?,
             parameters: Arc::clone(&self.parameters),
             ..*self
-        })
-    }
-
-    /// What is doubtful about the mission, in words, although it is not refused.
-    pub fn doubt(&self) -> Option<String> {
-        let start = convert::pose(self.mission.order.initial_pose).position();
-        let room = self.course.narrowest(start);
-        let radius = least_radius(&self.course);
-        (room < radius).then(|| {
-            format!(
-                "the way to the goal leads where there is {room:.2} m of room on the map, and the robot's radius is \
-                 {radius:.2} m; look at the map, or give another goal"
-            )
         })
     }
 
@@ -210,38 +176,4 @@ impl PlanContext {
             impatient: false,
         }
     }
-}
-
-/// Radius of the largest disc in the robot's footprint, metres: with less room it fits nowhere, however it turns.
-fn least_radius(course: &Course) -> f64 {
-    FootprintShape::from(&course.robot.footprint).inscribed_radius()
-}
-
-/// Refuses a goal near which the robot fits nowhere: with less room than the least disc of its footprint it can neither
-/// stand at the goal nor so near to it that it counts as there. The planner takes unknown floor for a wall.
-fn check_room(course: &Course, tolerance: f64) -> Result<(), Reject> {
-    let Point2 { x, y } = course.goal;
-    let radius = least_radius(course);
-    match course.map.most_room(course.goal, tolerance) {
-        Some(room) if room < radius => Err(Refusal::NoRoomAtGoal { x, y, room, radius }.at("goal")),
-        _ => Ok(()),
-    }
-}
-
-/// Makes the goal ready. The way to it takes one thread, what a sensor sees takes all of them: both begin at once.
-fn course(profile: Profile, task: Task, seed: u64, fields: &FieldsOf<'_>) -> Result<Course, Reject> {
-    let goal = task.goal;
-    let radius = task.robot.radius();
-    fields.map()?;
-    let course = std::thread::scope(|scope| {
-        // What it derives is kept, and found there by the course.
-        scope.spawn(|| fields.geodesic(goal, radius));
-        Course::new(profile, task, seed, fields)
-    });
-    course.map_err(|error| match error {
-        CourseError::Field(reject) => reject,
-        CourseError::UnknownGenerator { name } => {
-            Refusal::UnknownName { found: name, known: generation::generator_names() }.at("profile.generator")
-        }
-    })
 }

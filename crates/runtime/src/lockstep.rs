@@ -6,6 +6,8 @@ use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Rejec
 
 use crate::topic::Inbox;
 
+pub use curionav_mission::ticks::has_started_over;
+
 /// A stream message that belongs to a tick.
 pub trait Ticked: Message + Clone {
     /// The tick it belongs to.
@@ -22,15 +24,6 @@ macro_rules! ticked {
     )*};
 }
 ticked!(Belief, Decision, Odometry, People, Scan, Twist);
-
-/// Ticks by which a message may come late.
-const LATE_TICKS: u64 = 10;
-
-/// Whether `tick`, after `newest` of the same run, is of a base that has started over: it lies further back than any
-/// message comes late.
-pub fn has_started_over(newest: u64, tick: u64) -> bool {
-    tick.saturating_add(LATE_TICKS) < newest
-}
 
 /// How long lockstep waits for a message before the run is given up: the other side is gone.
 pub const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(30);

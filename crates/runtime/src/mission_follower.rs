@@ -4,7 +4,7 @@ use std::future::Future;
 
 use curionav_schemas::{Mission, Reject};
 
-use crate::robot_service::{Preparation, RobotService, is_over, superseded, supersedes};
+use crate::robot_service::{Preparation, RobotService, superseded, supersedes};
 use crate::shutdown::Shutdown;
 use crate::topic::Inbox;
 
@@ -48,7 +48,7 @@ pub async fn follow<F: MissionFollower>(
     };
     loop {
         if let Some(mission) = said.take() {
-            let anew = !is_over(&mission) && !prepared.as_ref().is_some_and(|before| before.is_for(&mission));
+            let anew = !mission.is_over() && !prepared.as_ref().is_some_and(|before| before.is_for(&mission));
             if anew {
                 let preparing = async {
                     loop {
@@ -87,7 +87,7 @@ pub async fn follow<F: MissionFollower>(
             tick = follower.next() => match (tick, &current) {
                 (Some(tick), Some(mission)) => {
                     // When the run is over or another has begun, no answer of its ticks is awaited.
-                    let over = |said: &Mission| said.run != mission.run || is_over(said);
+                    let over = |said: &Mission| said.run != mission.run || said.is_over();
                     tokio::select! {
                         biased;
                         () = follower.answer(tick, mission) => {}

@@ -16,6 +16,7 @@ use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
 use crate::fields::Fields;
 use crate::heartbeat::{beat, notify};
+use crate::map_store;
 use crate::metrics_endpoint;
 use crate::robot_limits::Base;
 use crate::secure;
@@ -193,7 +194,7 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     let Some(session) = session? else { return Ok(()) };
     let ready = format!("{role} {}", config.instance);
     let on_ready: OnReady = Box::new(move |metrics| Ready { ready, metrics, ..Ready::default() }.print());
-    let fields = Fields::new(&session);
+    let fields = map_store::fields(&session);
     let start = Start { config: &config, session: &session, fields: &fields, shutdown, on_ready };
     let status = keys::status(role, &config.instance).map_err(Exit::bad_input)?;
     // In one task, so that a service that hangs does not say that it works.

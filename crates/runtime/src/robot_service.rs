@@ -207,14 +207,9 @@ pub fn first_run() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis() as u64
 }
 
-/// Whether no robot is to drive by `mission` any more.
-pub fn is_over(mission: &Mission) -> bool {
-    matches!(mission.state, MissionState::Cancelled | MissionState::Finished)
-}
-
 /// Whether what is `said` leaves nothing to prepare for `mission`: that is over, or another has been given.
 pub fn supersedes(said: &Mission, mission: &Mission) -> bool {
-    (said.run, said.revision) != (mission.run, mission.revision) || is_over(said)
+    (said.run, said.revision) != (mission.run, mission.revision) || said.is_over()
 }
 
 /// Completes once a mission is said that `ends` what is being done, or the session is closed. Whatever is said until

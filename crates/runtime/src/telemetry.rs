@@ -1,12 +1,13 @@
 //! Structured logs on standard error.
 
 use std::io::{IsTerminal, Write};
-use std::time::Instant;
 
 use tracing_subscriber::EnvFilter;
 
 use crate::command_log;
 use crate::print::note;
+
+pub use curionav_mission::timed::timed;
 
 /// What is logged if the filter that was given cannot be read.
 const FALLBACK: &str = "warn";
@@ -56,12 +57,4 @@ impl Write for LossyStderr {
     fn flush(&mut self) -> std::io::Result<()> {
         Ok(())
     }
-}
-
-/// The value of `derive`; the debug log says how long it took.
-pub fn timed<V>(what: &str, derive: impl FnOnce() -> V) -> V {
-    let started = Instant::now();
-    let value = derive();
-    tracing::debug!(what, ms = 1e3 * started.elapsed().as_secs_f64(), "prepared");
-    value
 }

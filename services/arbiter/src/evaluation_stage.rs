@@ -9,12 +9,12 @@ use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
 use crate::in_process::InProcess;
-use crate::memory::DecisionId;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Shard};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
+use curionav_robot::arbiter::memory::DecisionId;
 
 /// What came of the evaluation of a cycle's candidates.
 pub(crate) struct EvaluationOutcome {

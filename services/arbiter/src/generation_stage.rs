@@ -3,16 +3,14 @@
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Generated;
 use curionav_planning::scene::Scene;
-use curionav_schemas::{self as wire, Degradation};
-use futures_util::future::join_all;
-
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Grown, Shape};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
-
-use crate::memory::Memory;
+use curionav_robot::arbiter::memory::Memory;
+use curionav_schemas::{self as wire, Degradation};
+use futures_util::future::join_all;
 
 /// What came of a cycle's growth.
 pub(crate) struct GenerationOutcome {

@@ -6,13 +6,15 @@ use std::time::Instant;
 
 use curionav_planning::arbitration::Localising;
 use curionav_planning::geometry::Point2;
-use curionav_planning::scene as planning;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
+use curionav_robot::arbiter::cycle::look_around;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
+use curionav_runtime::mission_course::doubt;
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::{RobotService, first_run, supersedes};
@@ -24,10 +26,8 @@ use tokio::task::JoinSet;
 
 use crate::cycle;
 use crate::cycle_counts::CycleCounts;
-use crate::memory::Memory;
-use crate::obstacle_watch::ObstacleWatch;
+use crate::obstacle_sensing::ObstacleSensing;
 use crate::readiness::await_pool;
-use crate::report;
 
 struct Arbiter {
     service: RobotService,
@@ -40,7 +40,7 @@ struct Arbiter {
     beliefs: Latest<Belief>,
     people: Latest<People>,
     /// What stands around the robot that is on no map.
-    watch: ObstacleWatch,
+    sensing: ObstacleSensing,
     /// What the driver commands, and on whose decision.
     commands: Latest<Twist>,
     decisions: Topic<Decision>,
@@ -77,7 +77,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             keeping_ready: JoinSet::new(),
             beliefs: Latest::new(service.inbox("belief")?),
             people: Latest::new(service.inbox("people")?),
-            watch: ObstacleWatch::new(
+            sensing: ObstacleSensing::new(
                 Latest::new(service.inbox("scan")?),
                 service.further_scans()?,
                 Latest::new(service.inbox("odom")?),
@@ -124,14 +124,14 @@ impl MissionFollower for Arbiter {
         self.keeping_ready.shutdown().await;
         self.pool.clear();
         self.memory = self.memory.fresh();
-        self.watch.follow(convert::parameters("tracker", &mission.order.tracker_parameters())?);
+        self.sensing.watch.follow(convert::parameters("tracker", &mission.order.tracker_parameters())?);
         let fields = self.fields.clone();
         let mission = mission.clone();
         let in_process = self.in_process;
         let alone = self.alone;
         let preparing = move || {
             let context = PlanContext::new(mission, &fields, in_process)?.alone(alone);
-            if let Some(doubt) = context.doubt() {
+            if let Some(doubt) = doubt(&context.mission, &context.course) {
                 tracing::warn!(goal = ?context.course.goal, "{doubt}");
             }
             Ok::<_, Reject>(context)
@@ -155,7 +155,7 @@ impl MissionFollower for Arbiter {
     fn forget_run(&mut self) {
         self.beliefs.clear();
         self.people.clear();
-        self.watch.forget();
+        self.sensing.forget();
         self.commands.clear();
         self.planned = None;
     }
@@ -176,13 +176,13 @@ impl MissionFollower for Arbiter {
         if self.planned.is_some_and(|last| has_started_over(last, belief.tick)) {
             tracing::warn!(tick = belief.tick, last = ?self.planned, "the base has started over");
             self.planned = None;
-            self.watch.forget();
+            self.sensing.forget();
             self.commands.clear();
             self.memory = self.memory.fresh();
         }
         let people = self.people.of_tick(belief.tick, clock).await.cloned();
         if let Some(context) = self.context.as_deref() {
-            self.watch.see(&belief, people.as_ref(), context, clock).await;
+            self.sensing.see(&belief, people.as_ref(), context, clock).await;
         }
         let due = match clock {
             Clock::Lockstep => belief.tick.is_multiple_of(period),
@@ -200,9 +200,9 @@ impl MissionFollower for Arbiter {
         let believed = convert::belief(&belief);
         let (mut decision, outcome) =
             cycle::decide(&self.pool, context, &mut self.memory, mission, belief, people).await;
-        decision = self.localise(decision, &believed, mission);
+        decision = look_around(decision, &mut self.localising, &self.sensing.watch, &believed, mission);
         if self.memory.are_ways_closed() {
-            self.watch.look_again(decision.stamp);
+            self.sensing.watch.look_again(decision.stamp);
         }
         self.decisions.publish(&decision, clock);
         if let Some(heard) = self.heard.take() {
@@ -226,7 +226,7 @@ impl Arbiter {
     /// The mission with what is known of obstacles now, for a robot that is `here`.
     fn obstructed(&self, here: Point2) -> Option<Arc<PlanContext>> {
         let base = self.context.as_ref()?;
-        let obstacles = self.watch.obstacles();
+        let obstacles = self.sensing.watch.obstacles();
         if obstacles.is_empty() {
             return Some(Arc::clone(base));
         }
@@ -236,21 +236,6 @@ impl Arbiter {
                 tracing::warn!(%reject, "there is no course past obstacles");
                 None
             }
-        }
-    }
-
-    /// Where a robot does not know its place, the decision is to look around; any other stays as it is.
-    fn localise(&mut self, decision: Decision, belief: &planning::Belief, mission: &Mission) -> Decision {
-        if decision.reason != wire::Reason::Localises {
-            self.localising = Localising::default();
-            return decision;
-        }
-        let order = &mission.order;
-        let robot = convert::robot_model(&order.robot_model);
-        let Some(around) = self.watch.surroundings(order.laser.range_sigma) else { return decision };
-        match self.localising.motion(decision.stamp, belief, &around, &robot) {
-            Some(motion) => report::drive(decision, &motion, Localising::VALID_FOR),
-            None => decision,
         }
     }
 

@@ -4,16 +4,9 @@
 
 pub mod base_clock;
 mod command_counts;
-pub mod control;
-pub mod decision_fence;
-pub mod guard;
 mod lease;
-mod lookout;
 mod mission_keys;
-pub mod mission_state;
-pub mod seen_way;
 mod service;
-pub mod sight;
-pub mod told;
+mod sight_of_mission;
 
 pub use service::run;

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use anyhow::Context;
+use curionav_robot::driver::mission_state::CurrentMission;
 use curionav_runtime::command_log::{CommandLog, in_words, pause_in_words, standing};
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::locked::locked;
@@ -17,8 +18,6 @@ use curionav_schemas::keys::Commanded;
 use curionav_schemas::{Mission, PauseReply, PauseRequest, Readiness, Refusal, Reject, keys};
 use tokio::sync::watch;
 use zenoh::Session;
-
-use crate::mission_state::CurrentMission;
 
 /// Time between two publications of the mission.
 const MISSION_REPEATED: Duration = Duration::from_secs(1);

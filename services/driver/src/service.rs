@@ -1,11 +1,14 @@
 //! The driver on its robot.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use curionav_planning::geometry::Twist;
+use curionav_robot::driver::control::Command;
+use curionav_robot::driver::decision_fence::DecisionFence;
+use curionav_robot::driver::drive::{Drive, Grounds, Now, given_up};
+use curionav_robot::driver::guard::Guard;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
@@ -13,28 +16,22 @@ use curionav_runtime::further_scans::FurtherScans;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_limits::Base;
-use curionav_runtime::robot_service::{RobotService, is_over};
+use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionCommand, MissionEnd, MissionState,
-    Odometry, Reason, Refusal, Scan, keys,
+    Odometry, Refusal, Scan, keys,
 };
 use tokio::sync::watch;
 
 use crate::base_clock::{BaseClock, is_motion};
 use crate::command_counts::CommandCounts;
-use crate::control::{Inputs, braking, command, on_arrival, pose_of};
-use crate::decision_fence::DecisionFence;
-use crate::guard::Guard;
 use crate::lease::{Keeper, Standing};
-use crate::lookout::{Lookout, Sensed};
 use crate::mission_keys::MissionKeys;
-use crate::told::Told;
+use crate::sight_of_mission::SightOfMission;
 
-/// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
-const REMEMBERED_TICKS: usize = 64;
 /// A robot that is slower than this stands, m/s and rad/s.
 const STANDING: f64 = 0.01;
 
@@ -53,16 +50,10 @@ struct Driver {
     further: FurtherScans,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
-    lookout: Lookout,
+    sight: SightOfMission,
     /// Shared with the queryable that tells which decision is followed.
     fence: watch::Sender<DecisionFence>,
-    odometry_of: BTreeMap<u64, Odometry>,
-    belief_of: BTreeMap<u64, Belief>,
-    told: Told,
-    /// Judges what the base is told.
-    guard: Guard,
-    /// Why the last command was given, and since which stamp every command has been given for this reason.
-    reason: Option<(CommandReason, f64)>,
+    drive: Drive,
     /// Run and revision that it has reported ready for.
     begun: (u64, u64),
     /// How the clock of a base goes whose time is not that of a simulation.
@@ -99,7 +90,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let driver = Driver::new(service, config, fields, mission_keys, missions, lease, fence)?;
         let mut metrics = driver.service.metrics();
         driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
-        driver.lookout.register(&mut metrics);
+        driver.sight.register(&mut metrics);
         let announced = driver.service.announce(metrics)?;
         on_ready(announced.metrics_address());
         let outcome = tokio::select! {
@@ -124,7 +115,7 @@ impl Driver {
     ) -> anyhow::Result<Self> {
         let base = config.base()?;
         Ok(Self {
-            lookout: Lookout::new(&base, config.scanner, fields),
+            sight: SightOfMission::new(fields),
             base,
             missions,
             keys,
@@ -137,11 +128,11 @@ impl Driver {
             commands: service.topic("cmd", Flow::Control)?,
             service,
             fence,
-            odometry_of: BTreeMap::new(),
-            belief_of: BTreeMap::new(),
-            told: Told::default(),
-            guard: Guard::new(config.guard.clone(), config.zones.clone()),
-            reason: None,
+            drive: Drive::new(
+                config.base()?,
+                config.scanner,
+                Guard::new(config.guard.clone(), config.zones.clone()),
+            ),
             begun: (0, 0),
             clock: (!config.has_simulated_time()).then(BaseClock::default),
             clock_is_right: true,
@@ -169,7 +160,7 @@ impl Driver {
                     let Some(odometry) = odometry.cloned() else { break };
                     // When the run is over or another has begun, no answer of its ticks is awaited.
                     let run = self.missions.borrow().as_ref().map_or(0, |m| m.run);
-                    let over = mission_that(self.missions.clone(), |m| m.run != run || is_over(m));
+                    let over = mission_that(self.missions.clone(), |m| m.run != run || m.is_over());
                     tokio::select! {
                         biased;
                         () = self.tick(odometry) => {}
@@ -190,10 +181,9 @@ impl Driver {
 
     /// Whether the robot stands, as far as this driver can tell.
     fn stands(&self) -> bool {
-        let drives = self.mission().is_some_and(|mission| !is_over(&mission));
-        let last = self.odometry_of.last_key_value();
-        !drives
-            || last.is_none_or(|(_, odometry)| odometry.v.abs() < STANDING && odometry.omega.abs() < STANDING)
+        let drives = self.mission().is_some_and(|mission| !mission.is_over());
+        let is_slow = |odometry: &Odometry| odometry.v.abs() < STANDING && odometry.omega.abs() < STANDING;
+        !drives || self.drive.newest_odometry().is_none_or(is_slow)
     }
 
     /// Why nothing may move the robot now, whatever is decided.
@@ -219,8 +209,9 @@ impl Driver {
 
     fn stop_in_silence(&mut self) {
         let Some(mission) = self.mission() else { return };
-        let Some((_, odometry)) = self.odometry_of.last_key_value() else { return };
-        self.publish(&mission, &odometry.clone(), Twist::default(), CommandReason::NoOdometry);
+        let Some(odometry) = self.drive.newest_odometry().cloned() else { return };
+        let stop = Command { twist: Twist::default(), reason: CommandReason::NoOdometry };
+        self.publish(&mission, &odometry, &stop);
     }
 
     /// Takes in what belongs to a tick; gives its odometry, or in real time the newest.
@@ -233,12 +224,12 @@ impl Driver {
                 odometry = newer;
             }
             for belief in self.beliefs.drain() {
-                remember(&mut self.belief_of, belief.tick, belief);
+                self.drive.believed(belief);
             }
         }
         let tick = odometry.tick;
         if let Some(belief) = self.beliefs.of_tick(tick, clock).await {
-            remember(&mut self.belief_of, belief.tick, belief.clone());
+            self.drive.believed(belief.clone());
         }
         // In lockstep every planning tick has its decision; in between, the last one stands. In real time
         // each one counts: an arbiter that was replaced but lives on must not hide its successor's.
@@ -260,71 +251,42 @@ impl Driver {
         let Some(mission) = self.mission() else { return };
         let arrived = Instant::now();
         let clock = mission.order.clock;
-        let period = mission.order.tick_s;
         let odometry = self.take_in(&mission, odometry).await;
         let tick = odometry.tick;
         let scan = self.scans.of_tick(tick, clock).await.cloned();
-        let robot = convert::robot_model(&mission.order.robot_model);
-        let stopping = self.base.stopping(&robot);
-        let latency = self.base.latency(clock, period);
-        let on_its_way = self.told.on_its_way(tick, latency, period);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
         if let Some(reason) = self.barred(&mission) {
-            self.lookout.rest();
-            let moving = on_arrival(&odometry, &on_its_way, &robot).twist;
-            return self.publish(&mission, &odometry, braking(moving, &stopping, period), reason);
+            self.sight.rest();
+            let twist = self.drive.braking(&mission, &odometry);
+            return self.publish(&mission, &odometry, &Command { twist, reason });
         }
         self.give_up(&mission);
-        self.see_further();
+        self.drive.see_further(self.further.newest());
         let fence = self.fence.borrow();
         let decision = fence.in_force();
-        let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let stamps = [
             ("odom", Some(odometry.stamp)),
             ("scan", scan.as_ref().map(|s| s.stamp)),
-            ("belief", belief.map(|b| b.stamp)),
+            ("belief", self.drive.newest_belief().map(|b| b.stamp)),
             ("decision", decision.map(|d| d.stamp)),
         ];
         self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
-        let ages = self.base.ages();
-        let sensed = Sensed {
-            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
-            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
-            refused: self.scans.refused(),
-            now: odometry.stamp,
-            age_max: ages.scan,
-        };
-        let blind = self.lookout.look(&sensed, &mission, robot.radius());
-        let inputs = Inputs {
+        let map = self.sight.map_of(&mission);
+        let (command, blind) = self.drive.command(&Now {
+            mission: &mission,
             odometry: &odometry,
-            belief: sensed.belief,
-            scan: sensed.scan,
-            blind,
-            seen: self.lookout.seen(),
+            scan: scan.as_ref(),
+            refused: self.scans.refused(),
+            map: map.as_deref(),
             decision,
-            made_from: decision.and_then(|d| self.belief_of.get(&d.tick)),
-            robot: &robot,
-            stopping: &stopping,
-            ages,
-            period,
-            on_its_way: &on_its_way,
-        };
-        let command = command(&inputs, &mut self.guard);
+        });
         drop(fence);
-        self.publish(&mission, &odometry, command.twist, command.reason);
+        self.sight.note(blind);
+        self.publish(&mission, &odometry, &command);
         self.service.counts.record(arrived.elapsed());
-    }
-
-    /// Shows the guard what further sensors have seen.
-    fn see_further(&mut self) {
-        for (sensor, scan) in self.further.newest() {
-            if let Some(at_scan) = self.odometry_of.get(&scan.tick) {
-                self.guard.see_further(sensor, scan, pose_of(at_scan));
-            }
-        }
     }
 
     /// A new run, or a new revision of this one. Nothing of a new run in lockstep can be on its way before all roles
@@ -339,7 +301,8 @@ impl Driver {
             self.forget();
         }
         self.begun = (mission.run, mission.revision);
-        self.lookout.begin(&mission);
+        self.drive.begin(&mission);
+        self.sight.begin(&mission);
         let readiness = self.service.readiness(mission.revision, &Ok(()));
         if let Err(reject) = self.keys.change(|current| current.readiness(readiness)) {
             tracing::warn!(%reject, "the mission changed before the driver was ready");
@@ -352,25 +315,21 @@ impl Driver {
         self.scans.clear();
         self.further.clear();
         self.decisions.clear();
-        self.odometry_of.clear();
-        self.belief_of.clear();
         self.clock.iter_mut().for_each(BaseClock::clear);
-        self.told.clear();
-        self.guard.forget();
-        self.reason = None;
-        self.lookout.forget();
+        self.drive.forget();
+        self.sight.rest();
         self.fence.send_modify(DecisionFence::lapse);
     }
 
     /// Ends the mission if odometry has made a step that the base cannot: where the robot is is then not known. The
     /// odometry of a simulated base errs as its scenario says.
     fn check_motion(&self, odometry: &Odometry) {
-        let Some(mission) = self.mission().filter(|mission| !is_over(mission)) else { return };
+        let Some(mission) = self.mission().filter(|mission| !mission.is_over()) else { return };
         if self.base == Base::Simulated {
             return;
         }
         let robot = convert::robot_model(&mission.order.robot_model);
-        let Some((_, before)) = self.odometry_of.range(..odometry.tick).next_back() else { return };
+        let Some(before) = self.drive.odometry_before(odometry.tick) else { return };
         if is_motion(before, odometry, &robot) {
             return;
         }
@@ -383,13 +342,10 @@ impl Driver {
 
     /// Ends the mission if the arbiter has given it up. The robot stands by then.
     fn give_up(&self, mission: &Mission) {
-        let end = match self.fence.borrow().in_force().map(|decision| &decision.reason) {
-            Some(Reason::NoWayToGoal) => MissionEnd::NoWayToGoal,
-            Some(Reason::GoalOccupied) => MissionEnd::GoalOccupied,
-            Some(Reason::PlaceUnknown) => MissionEnd::Lost,
-            _ => return,
-        };
-        self.finish(mission, end);
+        let end = self.fence.borrow().in_force().and_then(given_up);
+        if let Some(end) = end {
+            self.finish(mission, end);
+        }
     }
 
     fn finish(&self, mission: &Mission, end: MissionEnd) {
@@ -401,7 +357,7 @@ impl Driver {
 
     /// Takes note of odometry. A base that was restarted in mid-run begins at tick 0 again, and so does its clock.
     fn measured(&mut self, odometry: &Odometry) {
-        let newest = self.odometry_of.last_key_value().map(|(tick, _)| *tick);
+        let newest = self.drive.newest_odometry().map(|odometry| odometry.tick);
         if newest.is_some_and(|newest| has_started_over(newest, odometry.tick)) {
             tracing::warn!(tick = odometry.tick, ?newest, "the base has started over");
             self.forget();
@@ -414,30 +370,19 @@ impl Driver {
             }
         }
         self.check_motion(odometry);
-        remember(&mut self.odometry_of, odometry.tick, odometry.clone());
+        self.drive.measured(odometry.clone());
     }
 
     fn admit(&mut self, decision: Decision, now: f64, clock: Clock) {
         self.fence.send_if_modified(|fence| fence.admit(decision, now, clock));
     }
 
-    fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: CommandReason) {
-        let Odometry { tick, stamp, .. } = *odometry;
-        // Whatever was computed above, nothing else reaches the base.
-        let twist = self.base.clamp(twist, &convert::robot_model(&mission.order.robot_model));
-        // A clock that has begun anew makes every reason a new one.
-        let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= stamp);
-        if lasting.is_none() {
-            tracing::debug!(reason = reason.code(), stamp, "commands are given for another reason");
-        }
-        let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, stamp)));
-        let (epoch, seq) = self.fence.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
+    fn publish(&mut self, mission: &Mission, odometry: &Odometry, command: &Command) {
+        let decision = self.fence.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
         let (lease, _) = self.keys.standing();
-        let command =
-            wire::Twist { lease, epoch, seq, tick, stamp, v: twist.v, omega: twist.omega, reason, since };
-        self.counts.command(reason);
-        self.commands.publish(&command, mission.order.clock);
-        self.told.tell(tick, twist);
+        self.counts.command(command.reason);
+        let told = self.drive.tell(mission, odometry, command, Grounds { lease, decision });
+        self.commands.publish(&told, mission.order.clock);
     }
 }
 
@@ -460,29 +405,4 @@ async fn wanted_by_another(mut lease: watch::Receiver<Standing>, known: Option<S
 async fn mission_that(mut missions: watch::Receiver<Option<Arc<Mission>>>, such: impl Fn(&Mission) -> bool) {
     // The mission is served for as long as this service lives: waiting for it cannot fail.
     let _ = missions.wait_for(|m| m.as_deref().is_some_and(&such)).await;
-}
-
-/// Keeps the newest few. What is left of a clock that is over would count as newer for ever.
-fn remember<T>(of: &mut BTreeMap<u64, T>, tick: u64, value: T) {
-    if of.last_key_value().is_some_and(|(newest, _)| has_started_over(*newest, tick)) {
-        of.clear();
-    }
-    of.insert(tick, value);
-    while of.len() > REMEMBERED_TICKS {
-        of.pop_first();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_remembered_is_the_newest_also_of_a_base_that_has_started_over() {
-        let mut of = BTreeMap::new();
-        (0..200).chain([197, 195]).for_each(|tick| remember(&mut of, tick, tick));
-        assert_eq!((of.len(), of.last_key_value()), (REMEMBERED_TICKS, Some((&199, &199))));
-        (0..3).for_each(|tick| remember(&mut of, tick, tick));
-        assert_eq!(of.keys().copied().collect::<Vec<_>>(), [0, 1, 2]);
-    }
 }

@@ -1,9 +1,7 @@
 //! The localizer: answers every tick of odometry and laser with a belief about the pose (AMCL).
 
 mod keeping;
-mod mask;
 mod particle_cloud;
 mod service;
 
-pub use mask::Mask;
 pub use service::run;

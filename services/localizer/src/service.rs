@@ -1,11 +1,9 @@
 //! The localizer on its robot.
 
-use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use curionav_localization::{Confidence, Estimate, Localizer, LocalizerParams, Scan as LaserScan};
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_robot::localizer::Localization;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::kept_pose::KeptPose;
@@ -15,15 +13,10 @@ use curionav_runtime::metrics::Metrics;
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
-use curionav_runtime::telemetry::timed;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
-use curionav_schemas::{
-    self as wire, Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan, keys,
-};
-use curionav_tracking_people::{Detector, TrackerParams};
+use curionav_schemas::{Belief, Clock, Mission, Odometry, Particles, Refusal, Reject, Scan};
 
 use crate::keeping::{Keeper, moved_since};
-use crate::mask::Mask;
 use crate::particle_cloud::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
@@ -32,7 +25,7 @@ const SCANS_KEPT: usize = 4;
 /// A localizer that works is not silent for so long: it answers every tick, and none is longer.
 const SILENCE: Duration = Duration::from_secs(1);
 
-struct Localization {
+struct Service {
     service: RobotService,
     fields: Fields,
     scans: Latest<Scan>,
@@ -41,14 +34,12 @@ struct Localization {
     beliefs: Topic<Belief>,
     clouds: OnDemand<Particles>,
     cloud_rate: Rate,
-    /// The filter, and the run that it was started for.
-    filter: Option<(u64, Localizer)>,
+    /// What localizes, and the run that it was started for.
+    filter: Option<(u64, Localization)>,
     /// Keeps the belief in a file, if it is to.
     keeper: Option<Keeper>,
     /// The pose that the filter is to go on from with the next odometry: this localizer was started in mid-run.
     resumes: Option<KeptPose>,
-    /// Finds the beams of people, if the mission tracks people; without, the filter tells them from walls as it can.
-    mask: Option<Mask>,
     /// Tick of the last odometry.
     answered: Option<u64>,
     /// Why scans are not used, once it has been said.
@@ -63,7 +54,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let Start { config, session, fields, shutdown, on_ready } = start;
         let service = RobotService::new("localizer", config, session);
         let missions = service.inbox("mission")?;
-        let mut localization = Localization {
+        let mut localization = Service {
             fields: fields.clone(),
             scans: Latest::new(service.inbox("scan")?),
             odometry: Latest::new(service.inbox("odom")?),
@@ -75,7 +66,6 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             filter: None,
             keeper: Keeper::new(config),
             resumes: None,
-            mask: None,
             answered: None,
             unusable: None,
             newest: Arc::default(),
@@ -112,7 +102,7 @@ fn register(
     metrics.gauge(name, help, move || locked(&newest).as_ref().map(number));
 }
 
-impl Localization {
+impl Service {
     /// Completes once no other localizer has answered for a while: a second one ends no mission that the first serves.
     async fn while_another_answers(&self) -> Result<(), Reject> {
         let others = self.service.inbox::<Belief>("belief").map_err(Refusal::failed)?;
@@ -129,7 +119,7 @@ impl Localization {
     }
 }
 
-impl MissionFollower for Localization {
+impl MissionFollower for Service {
     type Tick = Odometry;
 
     fn service(&self) -> &RobotService {
@@ -149,35 +139,13 @@ impl MissionFollower for Localization {
             let kept = self.keeper.as_ref().and_then(|keeper| keeper.of_run(mission));
             self.resumes = Some(kept.ok_or(Refusal::PoseLost)?);
         }
-        let order = &mission.order;
-        convert::check_order(order)?;
-        let params: LocalizerParams = convert::parameters("localizer", &order.localizer)?;
-        let tracked = order.requires(keys::TRACKER);
-        let tracker: TrackerParams = convert::parameters("tracker", &order.tracker_parameters())?;
         let fields = self.fields.clone();
-        let id = order.map;
-        let seed = order.seed;
-        let laser = convert::laser(&order.laser);
-        let is_doubtful = order.initial_doubtful;
-        let noise = convert::noise(&order.odometry_noise);
-        let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
-        let believed = convert::belief(&convert::initial_belief(mission));
+        let begun = mission.clone();
         let started = tokio::task::spawn_blocking(move || {
-            let map = fields.map(id)?;
-            let mask = tracked.then(|| Mask::new(Detector::new(Arc::clone(&map), tracker), noise, believed));
-            let map = (*map).clone();
-            let filter = timed("the filter", || {
-                Localizer::starting_at(map, laser, noise, params, seed, (start.0, &start.1))
-            });
-            let mut filter = filter.map_err(|e| Refusal::invalid(e).at("localizer"))?;
-            if is_doubtful {
-                filter.resume(start.0, &start.1);
-            }
-            Ok::<_, Reject>((filter, mask))
+            let map = fields.map(begun.order.map)?;
+            Localization::new(&begun, &map)
         });
-        let started = started.await;
-        let (filter, mask) = started.map_err(|e| Refusal::failed(e).at("map"))??;
-        self.mask = mask;
+        let filter = started.await.map_err(|e| Refusal::failed(e).at("map"))??;
         self.filter = Some((mission.run, filter));
         Ok(())
     }
@@ -213,37 +181,22 @@ impl MissionFollower for Localization {
         let Some((_, filter)) = &mut self.filter else { return };
         if let Some(kept) = self.resumes.take() {
             tracing::warn!(tick = kept.tick, "localisation goes on from the kept pose, in doubt");
-            let covariance = filter.start_covariance();
-            filter.resume(moved_since(&kept, &odometry), &covariance);
+            filter.resume(moved_since(&kept, &odometry));
         }
         let last = self.answered.replace(odometry.tick);
         if last.is_some_and(|last| has_started_over(last, odometry.tick)) {
             tracing::warn!(tick = odometry.tick, ?last, "the base has started over");
             filter.restart_odometry();
-            self.mask.iter_mut().for_each(Mask::restart_odometry);
         }
-        let announced = convert::laser(&mission.order.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
-        let seen =
-            scan.map_or(Ok((Cow::default(), announced)), |scan| convert::scan(scan, announced.range_sigma));
-        let (mut ranges, laser) = seen.unwrap_or_else(|reject| {
+        let (belief, unused) = filter.update(&odometry, scan, convert::laser(&mission.order.laser));
+        if let Some(reject) = unused {
             self.service.counts.refuse(&reject);
             if self.unusable.as_ref() != Some(&reject) {
                 tracing::warn!(%reject, tick = odometry.tick, "scans are not used");
                 self.unusable = Some(reject);
             }
-            (Cow::default(), announced)
-        });
-        let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
-        let twist = Twist { v: odometry.v, omega: odometry.omega };
-        if let Some(mask) = &self.mask {
-            ranges = mask.apply(&LaserScan { ranges: &ranges, laser }, pose).into();
         }
-        let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges: &ranges, laser });
-        if let Some(mask) = &mut self.mask {
-            mask.believe(estimate.belief(), pose);
-        }
-        let belief = belief(&estimate, &odometry);
         self.beliefs.publish(&belief, clock);
         if let Some(keeper) = &mut self.keeper {
             keeper.keep(mission, &odometry, &belief);
@@ -255,18 +208,4 @@ impl MissionFollower for Localization {
         *locked(&self.newest) = Some(belief);
         self.service.counts.record(started.elapsed());
     }
-}
-
-fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
-    let health = Health {
-        outside_weight: estimate.health.outside_weight.clamp(0.0, 1.0),
-        scan_fit: estimate.health.scan_fit.clamp(0.0, 1.0),
-        particles: estimate.health.particles as u32,
-        confidence: match estimate.health.confidence {
-            Confidence::Sure => wire::Confidence::Sure,
-            Confidence::Doubtful => wire::Confidence::Doubtful,
-            Confidence::Lost => wire::Confidence::Lost,
-        },
-    };
-    convert::belief_to_wire(&estimate.belief(), odometry.tick, odometry.stamp, health)
 }

@@ -1,6 +1,5 @@
 //! The tracker of people: answers every tick of laser and belief with the people around the robot.
 
-mod message;
 mod service;
 
 pub use service::run;

@@ -4,8 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use curionav_planning::geometry::Pose2;
-use curionav_runtime::convert;
+use curionav_robot::tracker::PeopleTracking;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
@@ -13,9 +12,6 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{Belief, Clock, Mission, Odometry, People, Refusal, Reject, Scan, keys};
-use curionav_tracking_people::{Observation, Tracker, TrackerParams};
-
-use crate::message::message;
 
 /// Messages remembered in real time, to be paired with those of their tick.
 const KEPT: usize = 4;
@@ -29,8 +25,8 @@ struct Tracking {
     recent_scans: Vec<Scan>,
     recent_odometry: Vec<Odometry>,
     people: Topic<People>,
-    /// The tracker, the run that it was started for, and the radius of a person.
-    tracker: Option<(u64, Tracker, f64)>,
+    /// The tracker, and the run that it was started for.
+    tracker: Option<(u64, PeopleTracking)>,
     /// Tick of the last answer.
     answered: Option<u64>,
     /// Why scans are not used, once it has been said.
@@ -79,7 +75,7 @@ impl MissionFollower for Tracking {
     /// Starts the tracker, in a new run only, and only if the mission requires one: otherwise people come from
     /// elsewhere.
     async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
-        if self.tracker.as_ref().is_some_and(|(run, ..)| *run == mission.run) {
+        if self.tracker.as_ref().is_some_and(|(run, _)| *run == mission.run) {
             return Ok(());
         }
         self.tracker = None;
@@ -87,14 +83,11 @@ impl MissionFollower for Tracking {
         if !order.requires(keys::TRACKER) {
             return Ok(());
         }
-        convert::check_order(order)?;
-        let params: TrackerParams = convert::parameters("tracker", &order.tracker_parameters())?;
         let fields = self.fields.clone();
         let id = order.map;
         let map = tokio::task::spawn_blocking(move || fields.map(id)).await;
         let map = map.map_err(|e| Refusal::failed(e).at("map"))??;
-        let tracker = Tracker::new(map, params, convert::noise(&order.odometry_noise));
-        self.tracker = Some((mission.run, tracker, params.radius));
+        self.tracker = Some((mission.run, PeopleTracking::new(order, map)?));
         Ok(())
     }
 
@@ -124,15 +117,14 @@ impl MissionFollower for Tracking {
             belief = newest.clone();
         }
         let Some((scan, odometry)) = self.sensed(belief.tick, clock).await else { return };
-        let Some((_, tracker, radius)) = &mut self.tracker else { return };
+        let Some((_, tracker)) = &mut self.tracker else { return };
         let last = self.answered.replace(belief.tick);
         if last.is_some_and(|last| has_started_over(last, belief.tick)) {
             tracing::warn!(tick = belief.tick, ?last, "the base has started over");
             tracker.restart();
         }
-        let seen = convert::scan(&scan, mission.order.laser.range_sigma);
-        let (ranges, laser) = match seen {
-            Ok(seen) => seen,
+        let people = match tracker.update(&odometry, &scan, &belief, mission.order.laser.range_sigma) {
+            Ok(people) => people,
             Err(reject) => {
                 // Without people the arbiter stops the robot, which is right while nothing can be seen.
                 self.service.counts.refuse(&reject);
@@ -143,18 +135,8 @@ impl MissionFollower for Tracking {
                 return;
             }
         };
-        let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
-        let believed = convert::belief(&belief);
-        let now = Observation {
-            stamp: odometry.stamp,
-            ranges: &ranges,
-            laser: &laser,
-            odometry: pose,
-            belief: &believed,
-        };
-        let (people, _) = tracker.update(&now);
-        self.count.store(people.len(), Ordering::Relaxed);
-        self.people.publish(&message(people, &odometry, *radius), clock);
+        self.count.store(people.id.len(), Ordering::Relaxed);
+        self.people.publish(&people, clock);
         self.service.counts.record(started.elapsed());
     }
 }

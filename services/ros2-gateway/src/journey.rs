@@ -5,7 +5,6 @@
 
 use curionav_planning::geometry::Point2;
 use curionav_ros2::messages::{Time, Uuid};
-use curionav_runtime::robot_service::is_over;
 use curionav_schemas::{Decision, Mission, MissionCommand, MissionEnd, MissionState, Reject, words};
 
 use crate::goals::{self, Goals, Status};
@@ -84,13 +83,15 @@ impl Journey {
         !may_localize
             && self.mission.as_ref().is_some_and(|mission| {
                 let stands = [self.localizing, self.failed].contains(&Some(id(mission)));
-                !is_over(mission) && !stands
+                !mission.is_over() && !stands
             })
     }
 
     /// Whether the mission that only localises is under way.
     pub(crate) fn is_localizing(&self) -> bool {
-        self.mission.as_ref().is_some_and(|mission| Some(id(mission)) == self.localizing && !is_over(mission))
+        self.mission
+            .as_ref()
+            .is_some_and(|mission| Some(id(mission)) == self.localizing && !mission.is_over())
     }
 
     /// The mission whose services are all at work.
@@ -228,7 +229,7 @@ impl Journey {
         }
         let was_engaged = self.is_engaged();
         match self.ours {
-            Some(ours) if ours == newest && is_over(&mission) => {
+            Some(ours) if ours == newest && mission.is_over() => {
                 self.ours = None;
                 let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
                 let ended = match mission.end.as_ref().and_then(goals::error_of) {

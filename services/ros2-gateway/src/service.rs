@@ -16,7 +16,7 @@ use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Counter, Metrics, Tally};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_limits::RobotLimits;
-use curionav_runtime::robot_service::{RobotService, is_over};
+use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::session::{self, SessionError};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_schemas::{MissionCommand, keys};
@@ -101,7 +101,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, Arc::clone(&lease), noted.zeros.clone())?);
         let (mut driver_client, answers) = DriverClient::start(commander.clone(), Arc::clone(&lease));
         // What a gateway before this one has begun, nothing watches any more.
-        if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
+        if service.mission().await?.is_some_and(|mission| !mission.is_over()) {
             driver_client.send(MissionCommand::Cancel);
         }
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);

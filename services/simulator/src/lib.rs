@@ -3,11 +3,7 @@
 //! To the other services it is a robot: it gives `scan`, `odom` and `people` and takes `cmd`.
 
 mod crowd;
-mod cycle_record;
-mod inject;
-mod record;
 mod run;
 mod service;
 
-pub use inject::{Prepared, prepare};
 pub use service::run;

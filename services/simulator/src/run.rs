@@ -5,29 +5,27 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
+use curionav_crowdsim::World;
 use curionav_crowdsim::outcome::Outcome;
-use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
-use curionav_crowdsim::{Observation, World};
-use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_in_process::Prepared;
+use curionav_in_process::judge::{Judge, Standing, outcome_of};
+use curionav_in_process::sensed::{Sensed, sense};
+use curionav_planning::geometry::Twist;
 use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::AskError;
-use curionav_runtime::robot_service::is_over;
 use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, Decision, Mission, MissionCommand, MissionEnd, MissionOrder, MissionState,
-    Odometry, Refusal, Reject, RunResult, Scan, Validate, keys,
+    Odometry, Refusal, Reject, RunResult, Scan, keys,
 };
 use zenoh::Session;
 
 use crate::crowd::LiveCrowd;
-use crate::inject::Prepared;
-use crate::record::Record;
 
 /// How long the driver may take to accept a mission.
 const DRIVER_TIMEOUT: Duration = Duration::from_secs(10);
@@ -100,7 +98,7 @@ impl Streams {
         fields: &Fields,
         progress: Progress<'_>,
     ) -> Result<RunResult, MissionEnd> {
-        let Prepared { mut world, order, profile, seed, .. } = prepared;
+        let Prepared { mut world, order, profile, .. } = prepared;
         let begun = self.begin(order).await;
         if begun.is_err() {
             // What never began must not begin later, when nothing watches it.
@@ -109,8 +107,8 @@ impl Streams {
             }
         }
         let mut mission = begun?;
-        let mut record = Record::new(mission.order.plan_every);
-        let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
+        let mut judge = Judge::new(mission.order.plan_every);
+        let outcome = self.ticks(&mut world, &mut mission, &mut judge, progress).await;
         let end = match &outcome {
             Ok(Outcome::Reached) => MissionEnd::Reached,
             Ok(Outcome::Timeout) => MissionEnd::Timeout,
@@ -122,8 +120,7 @@ impl Streams {
         if let Err(error) = self.request(&MissionCommand::Finish { revision: mission.revision, end }).await {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
-        let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-        record.finish(&world, &profile.name, seed, outcome?, goal, fields).map_err(failed)
+        judge.finish(&world, &mission, &profile.name, outcome?, fields).map_err(failed)
     }
 
     async fn request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
@@ -180,7 +177,7 @@ impl Streams {
         &mut self,
         world: &mut World,
         mission: &mut Mission,
-        record: &mut Record,
+        judge: &mut Judge,
         progress: Progress<'_>,
     ) -> Result<Outcome, MissionEnd> {
         let realtime = mission.order.clock == Clock::Realtime;
@@ -189,7 +186,6 @@ impl Streams {
         let period = Duration::from_secs_f64(mission.order.tick_s / mission.order.time_scale);
         let mut pace = tokio::time::interval(period);
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-        let mut believed = None;
         // What was said of the mission while a tick was under way counts from the next one on.
         let missions = Arc::clone(&self.missions);
         let mut said = None;
@@ -203,11 +199,8 @@ impl Streams {
             if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last().or(said.take()) {
                 *mission = newest;
             }
-            match ended(mission) {
-                Some(MissionEnd::NoWayToGoal | MissionEnd::GoalOccupied) => return Ok(Outcome::NoWay),
-                Some(MissionEnd::Lost) => return Ok(Outcome::Lost),
-                Some(end) => return Err(end),
-                None => {}
+            if let Some(outcome) = outcome_of(mission).map_err(|end| *end)? {
+                return Ok(outcome);
             }
             let people_known = tokio::select! {
                 known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,
@@ -221,22 +214,10 @@ impl Streams {
                 () = another_drives(&base, lease) => return Err(failed(ANOTHER_DRIVES)),
                 () = end_of_mission(&missions, &mut said) => continue,
             };
-            let truth = world.truth();
-            believed = belief.or(believed);
-            // Before the first belief, in real time, the robot knows what it was told.
-            let belief = believed.clone().unwrap_or_else(|| convert::initial_belief(mission));
-            record.tick(truth.clone(), &belief, world);
-            // The scenario's, unless the robot was sent elsewhere on the way.
-            let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-            progress(truth.tick, truth.time, truth.pose.position().distance(goal));
-            for decision in &decisions {
-                record.decision(decision, truth.tick);
-                if decision.arrived {
-                    return Ok(Outcome::of_arrival(truth.pose, goal, mission.order.goal_tolerance));
-                }
-            }
-            if truth.time >= world.scenario().clock.time_limit_s {
-                return Ok(Outcome::of_timeout(truth.pose, Pose2::new(belief.x, belief.y, belief.heading)));
+            let Standing { to_go, outcome } = judge.tick(world, mission, belief, &decisions);
+            progress(world.tick(), world.time(), to_go);
+            if let Some(outcome) = outcome {
+                return Ok(outcome);
             }
             // Whatever the driver says, a base that is paused brakes.
             world.step(if self.lease.paused_for().is_some() { Twist::default() } else { command });
@@ -245,23 +226,12 @@ impl Streams {
 
     /// What the sensors say; of people nothing if a tracker has to find them, or while it is not known where they are.
     fn publish(&self, world: &World, clock: Clock, people_known: bool) -> Result<(), Reject> {
-        let Observation { tick, stamp, ranges, odometry, twist, people } = world.observe();
-        let laser = &world.scenario().laser;
-        let told = people_known && world.scenario().perception.source == PeopleSource::Truth;
-        let people = told.then(|| convert::people_to_wire(&people, tick, stamp));
-        let people = people.map(|people| match world.scenario().perception.frame {
-            PeopleFrame::Map => people,
-            PeopleFrame::Robot => convert::people_seen_from(world.truth().pose, people),
-        });
-        let scan = convert::scan_to_wire(laser, ranges, tick, stamp);
-        valid(&scan)?;
-        let Pose2 { x, y, heading } = odometry;
-        let Twist { v, omega } = twist;
-        if let Some(people) = people {
+        let Sensed { scan, odometry, people } = sense(world)?;
+        if let Some(people) = people.filter(|_| people_known) {
             self.people.publish(&people, clock);
         }
         self.scans.publish(&scan, clock);
-        self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v, omega }, clock);
+        self.odometry.publish(&odometry, clock);
         Ok(())
     }
 
@@ -330,21 +300,16 @@ async fn another_drives(base: &BaseLease, lease: u64) {
 
 /// Why the run cannot go on, if its mission has ended.
 fn ended(mission: &Mission) -> Option<MissionEnd> {
-    is_over(mission).then(|| mission.end.clone().unwrap_or(MissionEnd::Cancelled))
+    mission.is_over().then(|| mission.end.clone().unwrap_or(MissionEnd::Cancelled))
 }
 
 fn failed(detail: impl ToString) -> MissionEnd {
     MissionEnd::WorldFailed { reject: Refusal::failed(detail).into() }
 }
 
-/// Services refuse an invalid scan, and in lockstep they would wait for a valid one in vain.
-fn valid(scan: &Scan) -> Result<(), Reject> {
-    scan.validate().map_err(|reject| reject.within("scan"))
-}
-
 /// Completes when the mission has ended: its ticks are no longer answered.
 async fn end_of_mission(missions: &Inbox<Mission>, said: &mut Option<Mission>) {
-    while !said.as_ref().is_some_and(is_over) {
+    while !said.as_ref().is_some_and(Mission::is_over) {
         match missions.next().await {
             Some(newest) => *said = Some(newest),
             None => std::future::pending().await,
@@ -354,19 +319,4 @@ async fn end_of_mission(missions: &Inbox<Mission>, said: &mut Option<Mission>) {
 
 fn twist(command: &wire::Twist) -> Twist {
     Twist { v: command.v, omega: command.omega }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use curionav_testing::golden;
-
-    #[test]
-    fn an_invalid_scan_ends_the_run_and_says_what_is_wrong_with_it() {
-        let mut scan = golden::scan();
-        assert!(valid(&scan).is_ok());
-        scan.ranges.0[1] = f32::INFINITY;
-        let Err(reject) = valid(&scan) else { panic!("it is published") };
-        assert_eq!(reject.field.as_deref(), Some("scan.ranges[1]"));
-    }
 }

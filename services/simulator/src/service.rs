@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use curionav_in_process::{Prepared, prepare};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lease::BaseLease;
 use curionav_runtime::map_store::host;
@@ -17,7 +18,6 @@ use curionav_schemas::{Clock, InjectRequest, Refusal, Reject, RunState, RunStatu
 use tokio::sync::{mpsc, watch};
 
 use crate::crowd::LiveCrowd;
-use crate::inject::{Prepared, prepare};
 use crate::run::{SIMULATOR, Streams};
 
 /// How often progress is published while a run goes on.

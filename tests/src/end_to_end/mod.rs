@@ -12,6 +12,7 @@ mod doctor;
 mod doors;
 mod drivers;
 mod goals;
+mod in_process;
 mod localize;
 mod metrics;
 mod narrow;

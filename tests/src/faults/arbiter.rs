@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 use curionav_arbiter::cycle;
-use curionav_arbiter::memory::Memory;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
+use curionav_robot::arbiter::memory::Memory;
 
 use super::invariants;
 use super::world::{ArbiterSeat, SimulatedPeers, World};

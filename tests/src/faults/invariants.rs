@@ -1,8 +1,8 @@
 //! What only the simulated world can see of the invariants, beside what `crate::invariants` checks. Each violation is
 //! told with the seed that replays it.
 
-use curionav_driver::decision_fence::SILENCE;
 use curionav_pool::pool::Pool;
+use curionav_robot::driver::decision_fence::SILENCE;
 use curionav_schemas::{CycleReport, Decision};
 
 use super::base::TICK;

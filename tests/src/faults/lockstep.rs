@@ -5,13 +5,13 @@ use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 use curionav_arbiter::cycle;
-use curionav_arbiter::memory::Memory;
 use curionav_planning::Planner;
 use curionav_planning::geometry::Point2;
 use curionav_planning::random::rng;
 use curionav_planning::terms::DerivedFields;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::convert;
 use curionav_schemas::{Clock, Evaluated};
 

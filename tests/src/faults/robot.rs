@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_driver::control::{Inputs, command};
-use curionav_driver::decision_fence::DecisionFence;
-use curionav_driver::guard::Guard;
-use curionav_driver::seen_way::SeenWay;
 use curionav_planning::geometry::{Pose2, Twist};
+use curionav_robot::driver::control::{Inputs, command};
+use curionav_robot::driver::decision_fence::DecisionFence;
+use curionav_robot::driver::guard::Guard;
+use curionav_robot::driver::seen_way::SeenWay;
 use curionav_runtime::guard_settings::GuardSettings;
 use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{

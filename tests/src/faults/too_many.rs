@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use curionav_arbiter::cycle;
-use curionav_arbiter::memory::Memory;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_schemas::{Clock, Decision, Evaluated, keys};
 
 use super::base::Base;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use curionav_pool::context::PlanContext;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::fields::Fields;
+use curionav_runtime::map_store;
 use curionav_runtime::membership::Membership;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;
@@ -211,7 +211,7 @@ impl Recorder {
     pub(super) fn context(&self, mission: Mission) -> PlanContext {
         let fields = {
             let _inside = self.runtime.enter();
-            Fields::new(&self.session)
+            map_store::fields(&self.session)
         };
         PlanContext::new(mission, &fields, true).unwrap()
     }

@@ -6,9 +6,8 @@ use std::time::Duration;
 use curionav_runtime::command::Commander;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
-use curionav_runtime::fields::Fields;
 use curionav_runtime::lease::{BaseLease, LeaseServers};
-use curionav_runtime::map_store::host;
+use curionav_runtime::map_store::{self, host};
 use curionav_runtime::process::{Service, Start};
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::serve::{Server, refusals};
@@ -65,7 +64,7 @@ impl TestBench {
         let (trigger, token) = shutdown();
         let (ready, is_ready) = tokio::sync::oneshot::channel();
         let session = self.session.clone();
-        let fields = Fields::new(&session);
+        let fields = map_store::fields(&session);
         self.triggers.push(trigger);
         self.services.spawn(async move {
             let on_ready = Box::new(move |_| ready.send(()).unwrap());

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use curionav_crowdsim::{Observation, World};
 use curionav_deployment::package::{self, Choice};
+use curionav_in_process::prepare;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::sin_cos;
 use curionav_ros2::messages as ros;
@@ -14,7 +15,6 @@ use curionav_ros2::qos::Qos;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
 use curionav_schemas::{Clock, OccupancyGrid};
-use curionav_simulator::prepare;
 use tokio::task::JoinHandle;
 use zenoh_ext::AdvancedPublisher;
 

@@ -17,6 +17,9 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const PLANNING: &str = "curionav-planning";
     const SCHEMAS: &str = "curionav-schemas";
     const SECURITY: &str = "curionav-security";
+    const MISSION: &str = "curionav-mission";
+    const ROBOT: &str = "curionav-robot";
+    const IN_PROCESS: &str = "curionav-in-process";
     const RUNTIME: &str = "curionav-runtime";
     const POOL: &str = "curionav-pool";
     const LOCALIZATION: &str = "curionav-localization";
@@ -29,21 +32,28 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "crates/localization" | "crates/crowdsim" | "crates/tracking-people" => vec![PLANNING, TESTING],
         "crates/picture" => vec![PLANNING, SCHEMAS, TESTING],
         "crates/security" => vec![SCHEMAS],
-        "crates/runtime" => vec![PLANNING, SCHEMAS, SECURITY, TESTING],
+        "crates/mission" => vec![PLANNING, SCHEMAS, TESTING],
+        "crates/robot" => vec![PLANNING, SCHEMAS, MISSION, LOCALIZATION, TRACKING, TESTING],
+        "crates/in-process" => {
+            vec![PLANNING, SCHEMAS, MISSION, LOCALIZATION, TRACKING, ROBOT, TRUTH, TESTING]
+        }
+        "crates/runtime" => vec![PLANNING, SCHEMAS, MISSION, SECURITY, TESTING],
         // It imports from its own floor: an exception that docs/architecture.md names.
         "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
         "services/simulator" => {
-            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TRUTH, TESTING]
+            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, IN_PROCESS, TRUTH, TESTING]
         }
         "services/ros2-gateway" => {
             vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION, TRACKING, ROS2, TESTING]
         }
         _ if directory.starts_with("services/") => {
-            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TESTING]
+            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, ROBOT, TESTING]
         }
-        "crates/deployment" => [services(), vec![TRUTH]].concat(),
+        "crates/deployment" => [services(), vec![IN_PROCESS, TRUTH]].concat(),
         "crates/recording" => services(),
-        "crates/lab" => [services(), vec!["curionav-deployment", "curionav-picture", TRUTH]].concat(),
+        "crates/lab" => {
+            [services(), vec!["curionav-deployment", "curionav-picture", IN_PROCESS, TRUTH]].concat()
+        }
         "crates/cli" | "tests" => ours(),
         _ => return None,
     })
@@ -51,7 +61,14 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
 
 /// Every service and every package below them but pictures and truth.
 fn services() -> Vec<&'static str> {
-    let above = ["curionav-deployment", "curionav-lab", "curionav-recording", "curionav-picture", TRUTH];
+    let above = [
+        "curionav-deployment",
+        "curionav-in-process",
+        "curionav-lab",
+        "curionav-recording",
+        "curionav-picture",
+        TRUTH,
+    ];
     ours().into_iter().filter(|name| !above.contains(name)).collect()
 }
 
@@ -65,14 +82,17 @@ fn ours() -> Vec<&'static str> {
         "curionav-deployment",
         "curionav-driver",
         "curionav-cnc-evaluator",
+        "curionav-in-process",
         "curionav-lab",
         "curionav-localization",
         "curionav-localizer",
+        "curionav-mission",
         "curionav-people-tracker",
         "curionav-picture",
         "curionav-planning",
         "curionav-pool",
         "curionav-recording",
+        "curionav-robot",
         "curionav-ros2",
         "curionav-ros2-gateway",
         "curionav-runtime",
@@ -147,7 +167,16 @@ fn no_crate_imports_from_its_own_floor_or_above() {
 fn only_those_who_make_or_judge_the_truth_can_see_it() {
     let seers: Vec<String> =
         crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
-    assert_eq!(seers, ["crates/deployment", "crates/lab", "services/simulator", "tests"]);
+    assert_eq!(
+        seers,
+        [
+            "crates/deployment",
+            "crates/in-process",
+            "crates/lab",
+                "services/simulator",
+            "tests"
+        ]
+    );
 }
 
 #[test]
@@ -157,8 +186,12 @@ fn pure_crates_and_schemas_build_and_test_without_zenoh() {
         "crates/planning",
         "crates/localization",
         "crates/crowdsim",
+        "crates/tracking-people",
         "crates/picture",
         "crates/ros2",
+        "crates/mission",
+        "crates/robot",
+        "crates/in-process",
     ];
     let networked = ["zenoh", "tokio", "async-std", "smol", "mio"];
     let mut offences = Vec::new();

@@ -10,7 +10,6 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::map_store;
 use curionav_runtime::probe::{Heard, Listener, ask_all};
 use curionav_runtime::query::AskError;
-use curionav_runtime::robot_service::is_over;
 use curionav_runtime::topic::TopicError;
 use curionav_schemas::{
     self as wire, Belief, Decision, MapId, Message, MissionState, Odometry, People, Scan, keys,
@@ -73,7 +72,7 @@ impl Mission {
 
     /// The robot, if its mission requires a tracker of people.
     pub(super) fn tracked(&self) -> Option<String> {
-        let mission = self.mission.as_ref().filter(|mission| !is_over(mission))?;
+        let mission = self.mission.as_ref().filter(|mission| !mission.is_over())?;
         mission.order.requires(keys::TRACKER).then(|| self.robot.clone())
     }
 
@@ -98,7 +97,7 @@ impl Mission {
         };
         // A mission that is over needs no map any more, and it need not be served.
         let fault: fn(String, String, String) -> Finding =
-            if is_over(mission) { Finding::note } else { Finding::missing };
+            if mission.is_over() { Finding::note } else { Finding::missing };
         let mut findings = vec![state_of(link, mission)];
         let link = format!("map of {}", self.robot);
         match &self.map {

@@ -4,13 +4,14 @@ use std::future::{Future, pending};
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_arbiter::cycle::{Observation, plan};
-use curionav_arbiter::memory::Memory;
+use curionav_arbiter::cycle::plan;
 use curionav_arbiter::report::CycleOutcome;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
+use curionav_robot::arbiter::cycle::Observation;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{self as wire, Decision, GenerateReply};
 

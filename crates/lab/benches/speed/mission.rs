@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
-use curionav_arbiter::cycle::Observation;
 use curionav_crowdsim::World;
 use curionav_deployment::package::{self, Choice};
 use curionav_planning::arbitration::Observer;
@@ -13,6 +12,7 @@ use curionav_planning::nalgebra::{Matrix3, Vector3};
 use curionav_planning::planner::Course;
 use curionav_planning::scene::{Belief, Moment, Scene};
 use curionav_pool::context::PlanContext;
+use curionav_robot::arbiter::cycle::Observation;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_schemas::{self as wire, Clock, Confidence, Health, MissionState};
@@ -36,7 +36,8 @@ impl OnTheWay {
         let choice = Choice { planner: Some(planner.to_owned()), seed: Some(1), ..Choice::default() };
         let package = package::read(&file, &choice, Clock::Lockstep, 1.0)?;
         let fields = Fields::of_maps([]);
-        let prepared = curionav_simulator::prepare(&package.request, "robot", &fields).context("scenario")?;
+        let prepared =
+            curionav_in_process::prepare(&package.request, "robot", &fields).context("scenario")?;
         let mission = wire::Mission {
             lease: 1,
             run: 1,

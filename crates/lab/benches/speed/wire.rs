@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use anyhow::Context;
-use curionav_arbiter::memory::Memory;
 use curionav_planning::candidates::CandidateSet;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::convert;
 use curionav_schemas::{
     Confidence, CycleReport, EvaluateRequest, GenerateReply, GenerateRequest, Health, Message, OccupancyGrid,

@@ -191,7 +191,7 @@ fn scene(file: &Path, planners: &[Planner], perception: Option<Perception>) -> a
     for planner in planners {
         let choice = Choice { planner: Some(planner.source.clone()), perception, ..Choice::default() };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
-        let prepared = curionav_simulator::prepare(&package.request, "robot", &fields)
+        let prepared = curionav_in_process::prepare(&package.request, "robot", &fields)
             .map_err(|reject| package.refusal(&reject))?;
         digests.push(digest(&package));
         first.get_or_insert((package, prepared));

@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow, ensure};
-use curionav_arbiter::cycle::{self, Observation};
-use curionav_arbiter::memory::Memory;
+use curionav_arbiter::cycle;
 use curionav_planning::occupancy::Cell as Place;
 use curionav_planning::profile::Profile;
 use curionav_planning::random::{rng, uniform};
 use curionav_pool::context::PlanContext;
+use curionav_robot::arbiter::cycle::Observation;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::convert;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::membership::announce;

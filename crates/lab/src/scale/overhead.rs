@@ -8,12 +8,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
-use curionav_arbiter::cycle::{self, Observation};
-use curionav_arbiter::memory::Memory;
+use curionav_arbiter::cycle;
 use curionav_planning::generation::Generated;
 use curionav_pool::budget::Budget;
 use curionav_pool::dispatch::{self, Grown};
 use curionav_pool::peers::Peers;
+use curionav_robot::arbiter::cycle::Observation;
+use curionav_robot::arbiter::memory::Memory;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
 use curionav_runtime::print::note;

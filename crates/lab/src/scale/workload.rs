@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context;
-use curionav_arbiter::cycle::Observation;
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
+use curionav_robot::arbiter::cycle::Observation;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;

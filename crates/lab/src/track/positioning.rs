@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use curionav_localization::{Localizer, Scan};
-use curionav_localizer::Mask;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::scene::Belief;
+use curionav_robot::localizer::Mask;
 use curionav_tracking_people::{Detector, TrackerParams};
 use nalgebra::{Matrix3, Vector3};
 

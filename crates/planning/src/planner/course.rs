@@ -228,7 +228,7 @@ impl Course {
     }
 
     /// Grows every tree to its end, one after the other: the candidates of all of them.
-    pub(super) fn generate_all(&self, scene: &Scene, carried: &mut Carried) -> CandidateSet {
+    pub fn generate_all(&self, scene: &Scene, carried: &mut Carried) -> CandidateSet {
         let previous = carried.ahead(scene.stamp);
         carried.trees.resize(self.profile.trees as usize, None);
         let mut sets = Vec::new();
@@ -242,7 +242,7 @@ impl Course {
 
     /// Scores every candidate under every term that counts in `scene`. A cost that is not finite or negative, or one
     /// too many, leaves its candidates unscored.
-    pub(super) fn score(&self, scene: &Scene, candidates: &CandidateSet) -> Scores {
+    pub fn score(&self, scene: &Scene, candidates: &CandidateSet) -> Scores {
         let mut scores = Scores::new(candidates.len());
         for (term, _) in self.profile.active_terms(scene.uncertain) {
             let costs = self.evaluator(term).map(|it| it.evaluate(scene, candidates, &|| false));

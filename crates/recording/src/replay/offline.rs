@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use anyhow::Context;
-use curionav_arbiter::cycle::{self, Observation};
+use curionav_arbiter::cycle;
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::profile::Profile;
@@ -15,6 +15,7 @@ use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_pool::replicas::Wanted;
+use curionav_robot::arbiter::cycle::Observation;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
@@ -104,7 +105,7 @@ impl Offline {
         self.answer_from(report, &context);
         let belief = report.scene.belief.clone();
         let observation = Observation { belief, people: report.scene.people.clone() };
-        let mut carried = curionav_arbiter::memory::Memory::recall(memory)?;
+        let mut carried = curionav_robot::arbiter::memory::Memory::recall(memory)?;
         let (decision, _) = cycle::plan(&self.pool, &context, &mut carried, observation).await;
         if foreign {
             self.own_trees.insert(id, carried.to_wire(&context.mission).trees);

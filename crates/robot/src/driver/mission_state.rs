@@ -1,9 +1,8 @@
 //! What the robot is to do: the mission, and how commands and reports of readiness change it. It lives in the driver,
 //! the one service without which nothing moves, so that pausing works whatever else has failed.
 
-use curionav_runtime::convert;
-use curionav_runtime::robot_limits::Base;
-use curionav_runtime::robot_service::is_over;
+use curionav_mission::convert;
+use curionav_mission::robot_limits::Base;
 use curionav_schemas::{
     Mission, MissionCommand, MissionEnd, MissionOrder, MissionState, Readiness, Refusal, Reject,
 };
@@ -97,7 +96,7 @@ impl CurrentMission {
         let Readiness { role, instance, revision, refused } = readiness;
         let paused = self.paused;
         let mission = self.of_revision(revision)?;
-        if is_over(mission) {
+        if mission.is_over() {
             return Ok(mission.clone());
         }
         // A role that the mission does not require can neither begin it nor end it.

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
+use curionav_mission::convert;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
-use curionav_runtime::convert;
 use curionav_schemas::Scan;
 
 /// Directions that are told apart. Each holds a beam of every scanner whose beams are at most as far apart as beams

@@ -10,12 +10,11 @@ use curionav_planning::occupancy::{CoarseFloor, GeodesicField, Obstacles, Occupa
 use curionav_planning::sensor::LaserModel;
 use curionav_planning::terms::{DerivedFields, InformationToGoTermParams, Task};
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
-use zenoh::Session;
 
 use crate::cores::Cores;
-use crate::map_store::MapStore;
+use crate::map_store::{MapSource, MapStore};
 use crate::single_flight_cache::SingleFlightCache;
-use crate::telemetry::timed;
+use crate::timed::timed;
 
 /// Bytes of distance fields kept, and as many of what uncertainty costs on the ways: a robot has one goal at a time. On
 /// a map of 350 000 cells a distance field is 1.4 MB, so these are the fields of 90 goals.
@@ -54,9 +53,9 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Nothing is kept yet. Call inside a Tokio runtime.
-    pub fn new(session: &Session) -> Self {
-        Self::keeping(MapStore::new(session))
+    /// Nothing is kept yet; maps come from `source`.
+    pub fn new(source: Box<dyn MapSource>) -> Self {
+        Self::keeping(MapStore::new(source))
     }
 
     /// Fields of maps that are here already; none is fetched.

@@ -1,8 +1,8 @@
 //! What the arbiter carries from one cycle into the next.
 
+use curionav_mission::convert;
 use curionav_planning::arbitration::Observer;
 use curionav_planning::planner::Carried;
-use curionav_runtime::convert;
 use curionav_schemas::{self as wire, CommandReason, Reject};
 
 /// (epoch, seq) of a decision: which arbiter made it, and its number among those of that arbiter.
@@ -57,9 +57,9 @@ pub struct Memory {
     /// Tick of the last cycle that planned.
     planned: Option<u64>,
     /// What planning needs of the cycles before.
-    pub(crate) carried: Carried,
+    pub carried: Carried,
     /// The driver's newest command: what became of the decisions before.
-    pub(crate) driven: Option<wire::Twist>,
+    pub driven: Option<wire::Twist>,
     /// Whether obstacles have closed every way, and for how long.
     ways: Closed,
     /// Whether people at the goal have made the robot wait, and for how long.
@@ -136,7 +136,7 @@ impl Memory {
     }
 
     /// Seconds for which the driver has braked, at `stamp`, because something is too close; `None` if it does not.
-    pub(crate) fn braked_for(&self, stamp: f64) -> Option<f64> {
+    pub fn braked_for(&self, stamp: f64) -> Option<f64> {
         let command = self.driven.as_ref().filter(|c| c.reason == CommandReason::TooClose)?;
         let age = stamp - command.stamp;
         let seconds = command.stamp - command.since;
@@ -144,35 +144,35 @@ impl Memory {
     }
 
     /// Takes note at `stamp` of whether obstacles close every way; gives back for how long they have, seconds.
-    pub(crate) fn observe_ways(&mut self, are_closed: bool, stamp: f64) -> f64 {
+    pub fn observe_ways(&mut self, are_closed: bool, stamp: f64) -> f64 {
         self.ways.observe(are_closed, stamp);
         self.ways.lasts(stamp)
     }
 
     /// Whether obstacles closed every way in the cycle before.
-    pub(crate) fn are_ways_closed(&self) -> bool {
+    pub fn are_ways_closed(&self) -> bool {
         self.ways.begun().is_some()
     }
 
     /// Takes note at `stamp` of whether people at the goal make the robot wait.
-    pub(crate) fn observe_goal(&mut self, is_occupied: bool, stamp: f64) {
+    pub fn observe_goal(&mut self, is_occupied: bool, stamp: f64) {
         self.goal.observe(is_occupied, stamp);
     }
 
     /// For how long people at the goal have made the robot wait at `stamp`, seconds.
-    pub(crate) fn has_waited_for_goal(&self, stamp: f64) -> f64 {
+    pub fn has_waited_for_goal(&self, stamp: f64) -> f64 {
         self.goal.lasts(stamp)
     }
 
     /// Takes note at `stamp` of whether the robot does not know where it is; gives back for how long it has not,
     /// seconds.
-    pub(crate) fn observe_place(&mut self, is_lost: bool, stamp: f64) -> f64 {
+    pub fn observe_place(&mut self, is_lost: bool, stamp: f64) -> f64 {
         self.lost.observe(is_lost, stamp);
         self.lost.lasts(stamp)
     }
 
     /// Ways and the goal count as open again.
-    pub(crate) fn forget_closed(&mut self) {
+    pub fn forget_closed(&mut self) {
         self.ways = Closed::default();
         self.goal = Closed::default();
     }
@@ -183,7 +183,7 @@ impl Memory {
     }
 
     /// Planning ticks of `period` ticks each between the last cycle and that of `tick`, which had no cycle.
-    pub(crate) fn gap(&mut self, tick: u64, period: u64) -> u64 {
+    pub fn gap(&mut self, tick: u64, period: u64) -> u64 {
         let last = self.planned.replace(tick);
         last.map_or(0, |last| (tick.saturating_sub(last) / period.max(1)).saturating_sub(1))
     }

@@ -12,9 +12,9 @@ mod zones;
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::PI;
 
+use curionav_mission::guard_settings::{GuardSettings, Zone};
 use curionav_planning::geometry::{Direction, Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
-use curionav_runtime::guard_settings::{GuardSettings, Zone};
 use curionav_schemas::Scan;
 
 use self::approach::{Approach, Movers};

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
+use curionav_mission::convert;
+use curionav_mission::scanner_limits::{ScannerLimits, field_of_view};
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{RayCaster, StaticMap};
-use curionav_runtime::convert;
-use curionav_runtime::scanner_limits::{ScannerLimits, field_of_view};
 use curionav_schemas::{CommandReason, Scan};
 
 /// Time over which scans are counted, seconds: at least this long, so that one late scan is no fault.

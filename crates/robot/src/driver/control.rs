@@ -1,16 +1,16 @@
 //! From decision and belief to a command.
 
+use curionav_mission::convert;
+use curionav_mission::robot_limits::Ages;
 use curionav_planning::arbitration::SLOW;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
 use curionav_planning::tracking::track;
-use curionav_runtime::convert;
-use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{Action, Belief, CommandReason, Confidence, Decision, Odometry, Reason, Scan};
 
-use crate::guard::{Arrival, Guard, Situation, Verdict};
-use crate::seen_way::SeenWay;
-use crate::told::OnItsWay;
+use super::guard::{Arrival, Guard, Situation, Verdict};
+use super::seen_way::SeenWay;
+use super::told::OnItsWay;
 
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
@@ -155,14 +155,15 @@ pub fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
     robot.limit(moving, Twist { v, omega }, period)
 }
 
-pub(crate) fn pose_of(odometry: &Odometry) -> Pose2 {
+/// Where odometry has the robot.
+pub fn pose_of(odometry: &Odometry) -> Pose2 {
     Pose2::new(odometry.x, odometry.y, odometry.heading)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_runtime::guard_settings::GuardSettings;
+    use curionav_mission::guard_settings::GuardSettings;
     use curionav_testing::golden;
 
     fn guard() -> Guard {

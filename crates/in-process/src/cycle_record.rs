@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use curionav_runtime::latency::percentile_ms;
+use curionav_mission::latency::percentile_ms;
 use curionav_schemas::limits::MAX_TRACE_ROWS;
 use curionav_schemas::{Cycles, Decision, Degradation, Reason};
 

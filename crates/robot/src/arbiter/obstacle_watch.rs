@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use curionav_mission::convert;
 use curionav_planning::arbitration::Surroundings;
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
@@ -10,12 +11,8 @@ use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{Obstacles, StaticMap};
 use curionav_planning::scene as planning;
 use curionav_planning::sensor::LaserModel;
-use curionav_pool::context::PlanContext;
-use curionav_runtime::convert;
-use curionav_runtime::further_scans::FurtherScans;
-use curionav_runtime::lockstep::Latest;
 use curionav_schemas::limits::MAX_OBSTACLE_CELLS;
-use curionav_schemas::{Belief, Clock, Odometry, People, Scan};
+use curionav_schemas::{Belief, Odometry, People, Scan};
 use curionav_tracking_people::{self as perception, Detector, Look, TrackerParams};
 
 /// Odometry remembered in real time, to be paired with the scans of its tick: a camera's may be half a second old.
@@ -29,11 +26,9 @@ const ROUGH_SIGMA: f64 = 0.5;
 /// Where all ways are closed, what closes them is forgotten if it has not been seen for so long, seconds.
 const LOOK_AGAIN: f64 = 6.0;
 
-/// Gathers scans, and says what stands where.
-pub(crate) struct ObstacleWatch {
-    scans: Latest<Scan>,
-    further: FurtherScans,
-    odometry: Latest<Odometry>,
+/// Takes scans, and says what stands where.
+#[derive(Default)]
+pub struct ObstacleWatch {
     recent: Vec<Odometry>,
     seen: Seen,
     obstacles: Obstacles,
@@ -43,67 +38,51 @@ pub(crate) struct ObstacleWatch {
     tracker: TrackerParams,
 }
 
-impl ObstacleWatch {
-    pub(crate) fn new(scans: Latest<Scan>, further: FurtherScans, odometry: Latest<Odometry>) -> Self {
-        let seen = Seen::default();
-        let obstacles = Obstacles::default();
-        Self {
-            scans,
-            further,
-            odometry,
-            recent: Vec::new(),
-            seen,
-            obstacles,
-            newest: None,
-            tracker: TrackerParams::default(),
-        }
-    }
+/// What explains a scan: what is on the map, and people.
+pub struct Explained<'a> {
+    /// Where the robot is believed to be.
+    pub belief: &'a Belief,
+    /// People, if they are known.
+    pub people: Option<&'a People>,
+    /// The map without obstacles.
+    pub map: &'a Arc<StaticMap>,
+    /// Standard deviation of a range, metres.
+    pub range_sigma: f64,
+}
 
+impl ObstacleWatch {
     /// Uses the parameters of a mission's tracker from now on.
-    pub(crate) fn follow(&mut self, tracker: TrackerParams) {
+    pub fn follow(&mut self, tracker: TrackerParams) {
         self.tracker = tracker;
     }
 
-    /// Forgets everything: a run is over, or the base has started over.
-    pub(crate) fn forget(&mut self) {
-        self.scans.clear();
-        self.further.clear();
-        self.odometry.clear();
-        self.recent.clear();
-        self.seen = Seen::default();
-        self.obstacles = Obstacles::default();
-        self.newest = None;
+    /// Forgets everything but those parameters: a run is over, or the base has started over.
+    pub fn forget(&mut self) {
+        *self = Self { tracker: self.tracker, ..Self::default() };
     }
 
     /// Forgets at `stamp` what has not been seen for a while: all ways are closed, and the robot is to look again.
-    pub(crate) fn look_again(&mut self, stamp: f64) {
+    pub fn look_again(&mut self, stamp: f64) {
         self.seen.forget_unseen(stamp - LOOK_AGAIN);
     }
 
     /// What stands where, as cells of the map.
-    pub(crate) fn obstacles(&self) -> &Obstacles {
+    pub fn obstacles(&self) -> &Obstacles {
         &self.obstacles
     }
 
-    /// Takes in the scan of a belief's tick; in real time the newest one, and those of further sensors.
-    pub(crate) async fn see(
-        &mut self,
-        belief: &Belief,
-        people: Option<&People>,
-        context: &PlanContext,
-        clock: Clock,
-    ) {
-        let Some(scan) = self.scans.of_tick(belief.tick, clock).await.cloned() else { return };
-        match clock {
-            Clock::Lockstep => self.recent.extend(self.odometry.of_tick(belief.tick, clock).await.cloned()),
-            Clock::Realtime => self.recent.extend(self.odometry.drain()),
-        }
+    /// Takes note of odometry, with which the scans of its tick are then paired.
+    pub fn measured(&mut self, odometry: impl IntoIterator<Item = Odometry>) {
+        self.recent.extend(odometry);
         self.recent.drain(..self.recent.len().saturating_sub(KEPT));
+    }
+
+    /// Takes in a scan of the scanner, and the newest scans of further sensors by their names.
+    pub fn see(&mut self, scan: Scan, further: &BTreeMap<String, Scan>, explained: &Explained<'_>) {
+        let Explained { belief, people, map, range_sigma } = *explained;
         let Some(odometry) = odometry_of(&self.recent, scan.tick) else { return };
         let belief = convert::belief(belief);
         let map_from_odometry = belief.pose.compose(odometry.relative(Pose2::default()));
-        let map = &context.course.map;
-        let range_sigma = context.mission.order.laser.range_sigma;
         let tracker = self.tracker;
         let mut place =
             Place { belief, odometry, people: planning::People::default(), map, range_sigma, tracker };
@@ -111,7 +90,7 @@ impl ObstacleWatch {
         if self.seen.by_scanner.take(&scan, &place).is_none() {
             return;
         }
-        for (sensor, scan) in self.further.newest() {
+        for (sensor, scan) in further {
             let Some(odometry) = odometry_of(&self.recent, scan.tick) else { continue };
             place.odometry = odometry;
             place.belief.pose = map_from_odometry.compose(odometry);
@@ -124,7 +103,7 @@ impl ObstacleWatch {
     }
 
     /// What the scanner sees around the robot, by its newest scan.
-    pub(crate) fn surroundings(&self, range_sigma: f64) -> Option<Surroundings> {
+    pub fn surroundings(&self, range_sigma: f64) -> Option<Surroundings> {
         let (ranges, laser) = convert::scan(self.newest.as_ref()?, range_sigma).ok()?;
         let ends = (0..laser.beams).zip(&*ranges).filter_map(|(index, range)| {
             let range = match Beam::of(*range, 0.0, laser.range_max) {

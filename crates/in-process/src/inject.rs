@@ -4,13 +4,13 @@ use curionav_crowdsim::scenario::{MapFile, PeopleSource, Recorded, Scenario};
 use curionav_crowdsim::world::MOST_PEOPLE;
 use curionav_crowdsim::{Maps, Recording, World};
 use curionav_localization::LocalizerParams;
+use curionav_mission::convert;
+use curionav_mission::cores::Cores;
+use curionav_mission::fields::Fields;
 use curionav_planning::occupancy::{MapYaml, MaskError, OccupancyGrid, StaticMap, load_map};
 use curionav_planning::parameters::read_table;
 use curionav_planning::profile::Profile;
 use curionav_planning::text::loose_text;
-use curionav_runtime::convert;
-use curionav_runtime::cores::Cores;
-use curionav_runtime::fields::Fields;
 use curionav_schemas::limits::MAX_PEOPLE;
 use curionav_schemas::{
     self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value, keys,

@@ -3,9 +3,9 @@
 //! A point that lies where an earlier beam went through has come there since. How fast and from where, the nearest
 //! point of that scan says. A point behind what an earlier beam had met was hidden, and nothing is known of it.
 
+use curionav_mission::guard_settings::GuardSettings;
 use curionav_planning::geometry::Point2;
 use curionav_planning::motion::OdometryNoise;
-use curionav_runtime::guard_settings::GuardSettings;
 
 use super::sweep::Sweep;
 

@@ -1,7 +1,7 @@
 //! Zones around the robot in which something stops or slows it.
 
+use curionav_mission::guard_settings::Zone;
 use curionav_planning::geometry::{Direction, Point2, Pose2};
-use curionav_runtime::guard_settings::Zone;
 
 use super::sweep::Sweep;
 

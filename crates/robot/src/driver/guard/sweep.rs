@@ -2,10 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use curionav_mission::convert;
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Direction, Facing, Point2, Pose2, wrap_angle};
 use curionav_planning::numerics::sin_cos;
-use curionav_runtime::convert;
 use curionav_schemas::Scan;
 
 /// On either side of a point, beams that end within this distance of it along a surface are averaged, metres.

@@ -7,7 +7,7 @@ use nalgebra::Matrix2;
 
 /// The message of people who were seen as `odometry` was measured. Of more than a message may hold, those who were seen
 /// last.
-pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64) -> People {
+pub(super) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64) -> People {
     people.sort_by(|a, b| a.age.total_cmp(&b.age).then(a.id.cmp(&b.id)));
     people.truncate(MAX_PEOPLE);
     people.sort_by_key(|person| person.id);
@@ -35,8 +35,8 @@ fn entries(m: &Matrix2<f64>) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
+    use curionav_mission::convert;
     use curionav_planning::geometry::{Point2, Pose2};
-    use curionav_runtime::convert;
     use curionav_schemas::Message;
     use curionav_testing::golden;
 

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use curionav_mission::guard_settings::ZoneKind;
 use curionav_planning::motion::step;
-use curionav_runtime::guard_settings::ZoneKind;
 use curionav_schemas::Pose;
 
 use super::*;
-use crate::control::on_arrival;
-use crate::told::Told;
+use crate::driver::control::on_arrival;
+use crate::driver::told::Told;
 use curionav_planning::random::{Rng, rng, standard_normal};
 use curionav_schemas::Odometry;
 
