@@ -35,7 +35,8 @@ set(CMAKE_CXX_STANDARD 17)
 find_package(ament_cmake REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
 find_package(geometry_msgs REQUIRED)
-rosidl_generate_interfaces({package} {interfaces} DEPENDENCIES geometry_msgs)
+find_package(nav_msgs REQUIRED)
+rosidl_generate_interfaces({package} {interfaces} DEPENDENCIES geometry_msgs nav_msgs)
 ament_package()
 """
 MANIFEST = """\
@@ -49,6 +50,7 @@ MANIFEST = """\
   <buildtool_depend>ament_cmake</buildtool_depend>
   <buildtool_depend>rosidl_default_generators</buildtool_depend>
   <depend>geometry_msgs</depend>
+  <depend>nav_msgs</depend>
   <depend>action_msgs</depend>
   <member_of_group>rosidl_interface_packages</member_of_group>
 </package>

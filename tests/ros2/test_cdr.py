@@ -123,8 +123,9 @@ def test_what_the_codec_writes_is_read_by_both(name: str) -> None:
 def padded_with_zeros(payload: bytes, name: str) -> bytes:
     """The same message with bytes of zero between the fields."""
     canonical = bytes(STORE.serialize_cdr(STORE.deserialize_cdr(payload, in_rosbags(name)), in_rosbags(name)))
-    assert len(canonical) == len(payload), name
-    assert all(one in (0, other) for one, other in zip(canonical, payload, strict=True)), name
+    # After the last field DDS may fill up to a multiple of four.
+    assert 0 <= len(payload) - len(canonical) < 4, name
+    assert all(one in (0, other) for one, other in zip(canonical, payload, strict=False)), name
     return canonical
 
 

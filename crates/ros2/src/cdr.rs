@@ -224,7 +224,7 @@ macro_rules! numbers {
         }
     )*};
 }
-numbers!(i8, u8, i16, u16, i32, u32, f32, f64);
+numbers!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
 
 impl Cdr for bool {
     const MIN_BYTES: usize = 1;

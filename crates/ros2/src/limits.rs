@@ -31,5 +31,11 @@ pub const STATUSES: usize = 256;
 pub const VALUES: usize = 64;
 /// Goals of one action: a server forgets them after some minutes.
 pub const GOALS: usize = 1024;
+/// Waypoints of one goal: more than any tour has.
+pub const WAYPOINTS: usize = 256;
+/// Parameters of a node, and names in one request: more than all of Nav2 has.
+pub const PARAMETERS: usize = 4096;
+/// Entries of a parameter that is a list.
+pub const PARAMETER_VALUES: usize = 4096;
 /// Characters of a liveliness token: nine names of up to 255.
 pub const TOKEN: usize = 4096;

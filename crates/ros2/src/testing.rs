@@ -7,13 +7,7 @@ use serde::Serialize;
 use crate::cdr::CdrError;
 use crate::interface::Interface;
 use crate::message::Message;
-use crate::messages::{
-    Bool, CancelGoalRequest, CancelGoalResponse, Clock, DiagnosticArray, GetResultRequest, GetResultResponse,
-    GetResultResponseHumble, GoalStatusArray, LaserScan, MarkerArray, NavigationFeedback,
-    NavigationFeedbackLyrical, OccupancyGrid, Odometry, Path, People, PointCloud2, PoseStamped,
-    PoseWithCovarianceStamped, Range, RangeHumble, SendGoalRequest, SendGoalResponse, TfMessage,
-    TriggerRequest, TriggerResponse, Twist, TwistStamped,
-};
+use crate::messages as ros;
 
 /// Where random values come from: the same numbers on every machine.
 pub struct Rng(Pcg64);
@@ -45,7 +39,7 @@ macro_rules! integers {
         }
     )*};
 }
-integers!(bool, i8, u8, i16, u16, i32, u32);
+integers!(bool, i8, u8, i16, u16, i32, u32, i64, u64);
 
 macro_rules! floats {
     ($($ty:ty),*) => {$(
@@ -127,37 +121,103 @@ const fn entry<M: Message + Random + Serialize>(name: &'static str) -> Type {
     }
 }
 
+const fn named<M: Message + Random + Serialize>() -> Type {
+    entry::<M>(M::NAME)
+}
+
 /// Every type that is sent by itself.
 pub const TYPES: &[Type] = &[
-    entry::<LaserScan>(LaserScan::NAME),
-    entry::<PointCloud2>(PointCloud2::NAME),
-    entry::<Range>(Range::NAME),
-    entry::<RangeHumble>("sensor_msgs/msg/Range:humble"),
-    entry::<Bool>(Bool::NAME),
-    entry::<Odometry>(Odometry::NAME),
-    entry::<OccupancyGrid>(OccupancyGrid::NAME),
-    entry::<Path>(Path::NAME),
-    entry::<Twist>(Twist::NAME),
-    entry::<TwistStamped>(TwistStamped::NAME),
-    entry::<PoseStamped>(PoseStamped::NAME),
-    entry::<PoseWithCovarianceStamped>(PoseWithCovarianceStamped::NAME),
-    entry::<TfMessage>(TfMessage::NAME),
-    entry::<MarkerArray>(MarkerArray::NAME),
-    entry::<Clock>(Clock::NAME),
-    entry::<People>(People::NAME),
-    entry::<DiagnosticArray>(DiagnosticArray::NAME),
-    entry::<GoalStatusArray>(GoalStatusArray::NAME),
-    entry::<CancelGoalRequest>(CancelGoalRequest::NAME),
-    entry::<CancelGoalResponse>(CancelGoalResponse::NAME),
-    entry::<SendGoalRequest>(SendGoalRequest::NAME),
-    entry::<SendGoalResponse>(SendGoalResponse::NAME),
-    entry::<GetResultRequest>(GetResultRequest::NAME),
-    entry::<GetResultResponse>(GetResultResponse::NAME),
-    entry::<GetResultResponseHumble>("nav2_msgs/action/NavigateToPose_GetResult_Response:humble"),
-    entry::<TriggerRequest>(TriggerRequest::NAME),
-    entry::<TriggerResponse>(TriggerResponse::NAME),
-    entry::<NavigationFeedback>(NavigationFeedback::NAME),
-    entry::<NavigationFeedbackLyrical>("nav2_msgs/action/NavigateToPose_FeedbackMessage:lyrical"),
+    named::<ros::LaserScan>(),
+    named::<ros::PointCloud2>(),
+    named::<ros::Range>(),
+    entry::<ros::RangeHumble>("sensor_msgs/msg/Range:humble"),
+    named::<ros::Bool>(),
+    named::<ros::Odometry>(),
+    named::<ros::OccupancyGrid>(),
+    named::<ros::Path>(),
+    named::<ros::Twist>(),
+    named::<ros::TwistStamped>(),
+    named::<ros::PoseStamped>(),
+    named::<ros::PoseWithCovarianceStamped>(),
+    named::<ros::TfMessage>(),
+    named::<ros::MarkerArray>(),
+    named::<ros::Clock>(),
+    named::<ros::People>(),
+    named::<ros::DiagnosticArray>(),
+    named::<ros::GoalStatusArray>(),
+    named::<ros::CancelGoalRequest>(),
+    named::<ros::CancelGoalResponse>(),
+    named::<ros::SendGoalRequest>(),
+    named::<ros::SendGoalResponse>(),
+    named::<ros::GetResultRequest>(),
+    named::<ros::GetResultResponse>(),
+    entry::<ros::GetResultResponse<ros::Nothing>>(
+        "nav2_msgs/action/NavigateToPose_GetResult_Response:humble",
+    ),
+    named::<ros::TriggerRequest>(),
+    named::<ros::TriggerResponse>(),
+    named::<ros::NavigationFeedback>(),
+    entry::<ros::NavigationFeedbackLyrical>("nav2_msgs/action/NavigateToPose_FeedbackMessage:lyrical"),
+    named::<ros::SendGoalRequest<ros::ThroughPoses>>(),
+    entry::<ros::SendGoalRequest<ros::ThroughPosesJazzy>>(
+        "nav2_msgs/action/NavigateThroughPoses_SendGoal_Request:jazzy",
+    ),
+    named::<ros::GetResultResponse<ros::WentThrough>>(),
+    entry::<ros::GetResultResponse<ros::WentThroughJazzy>>(
+        "nav2_msgs/action/NavigateThroughPoses_GetResult_Response:jazzy",
+    ),
+    named::<ros::FeedbackMessage<ros::GoingThrough>>(),
+    entry::<ros::FeedbackMessage<ros::GoingThroughJazzy>>(
+        "nav2_msgs/action/NavigateThroughPoses_FeedbackMessage:jazzy",
+    ),
+    entry::<ros::FeedbackMessage<ros::GoingThroughLyrical>>(
+        "nav2_msgs/action/NavigateThroughPoses_FeedbackMessage:lyrical",
+    ),
+    named::<ros::SendGoalRequest<ros::Waypoints>>(),
+    named::<ros::GetResultResponse<ros::FollowedWaypoints>>(),
+    entry::<ros::GetResultResponse<ros::FollowedWaypointsJazzy>>(
+        "nav2_msgs/action/FollowWaypoints_GetResult_Response:jazzy",
+    ),
+    named::<ros::FeedbackMessage<ros::FollowingWaypoints>>(),
+    named::<ros::SendGoalRequest<ros::PathTo>>(),
+    entry::<ros::SendGoalRequest<ros::PathToLyrical>>(
+        "nav2_msgs/action/ComputePathToPose_SendGoal_Request:lyrical",
+    ),
+    named::<ros::GetResultResponse<ros::PathFound>>(),
+    named::<ros::FeedbackMessage<ros::PathToFeedback>>(),
+    named::<ros::SendGoalRequest<ros::PathThrough>>(),
+    entry::<ros::SendGoalRequest<ros::PathThroughJazzy>>(
+        "nav2_msgs/action/ComputePathThroughPoses_SendGoal_Request:jazzy",
+    ),
+    named::<ros::GetResultResponse<ros::PathThroughFound>>(),
+    entry::<ros::GetResultResponse<ros::PathThroughFoundLyrical>>(
+        "nav2_msgs/action/ComputePathThroughPoses_GetResult_Response:lyrical",
+    ),
+    named::<ros::FeedbackMessage<ros::PathThroughFeedback>>(),
+    named::<ros::SendGoalRequest<ros::PathToFollow>>(),
+    entry::<ros::SendGoalRequest<ros::PathToFollowLyrical>>(
+        "nav2_msgs/action/FollowPath_SendGoal_Request:lyrical",
+    ),
+    named::<ros::GetResultResponse<ros::FollowedPath>>(),
+    named::<ros::FeedbackMessage<ros::FollowingPath>>(),
+    entry::<ros::FeedbackMessage<ros::FollowingPathLyrical>>(
+        "nav2_msgs/action/FollowPath_FeedbackMessage:lyrical",
+    ),
+    named::<ros::SpeedLimit>(),
+    named::<ros::GetStateRequest>(),
+    named::<ros::GetStateResponse>(),
+    named::<ros::ListParametersRequest>(),
+    named::<ros::ListParametersResponse>(),
+    named::<ros::GetParametersRequest>(),
+    named::<ros::GetParametersResponse>(),
+    named::<ros::GetParameterTypesRequest>(),
+    named::<ros::GetParameterTypesResponse>(),
+    named::<ros::DescribeParametersRequest>(),
+    named::<ros::DescribeParametersResponse>(),
+    named::<ros::SetParametersRequest>(),
+    named::<ros::SetParametersResponse>(),
+    named::<ros::SetParametersAtomicallyRequest>(),
+    named::<ros::SetParametersAtomicallyResponse>(),
 ];
 
 /// The type of this name.

@@ -71,8 +71,16 @@ curionav_planning::parameters! {
         pub goal_pose: String [name, NAME] = "goal_pose".to_owned(),
         /// Where the robot is (`geometry_msgs/PoseWithCovarianceStamped`), as rviz sends it.
         pub initialpose: String [name, NAME] = "initialpose".to_owned(),
-        /// The action (`nav2_msgs/NavigateToPose`).
+        /// The action for one goal (`nav2_msgs/NavigateToPose`).
         pub navigate_to_pose: String [name, NAME] = "navigate_to_pose".to_owned(),
+        /// The action for a way through poses (`nav2_msgs/NavigateThroughPoses`).
+        pub navigate_through_poses: String [name, NAME] = "navigate_through_poses".to_owned(),
+        /// The action for a tour with a stop at each waypoint (`nav2_msgs/FollowWaypoints`).
+        pub follow_waypoints: String [name, NAME] = "follow_waypoints".to_owned(),
+        /// The action for a path that is not driven (`nav2_msgs/ComputePathToPose`).
+        pub compute_path_to_pose: String [name, NAME] = "compute_path_to_pose".to_owned(),
+        /// The same through poses (`nav2_msgs/ComputePathThroughPoses`).
+        pub compute_path_through_poses: String [name, NAME] = "compute_path_through_poses".to_owned(),
         /// Velocities for the base.
         pub cmd_vel: String [name, NAME] = "cmd_vel".to_owned(),
         /// Where the robot believes it is (`geometry_msgs/PoseWithCovarianceStamped`).
@@ -342,11 +350,6 @@ impl Ros2Config {
 }
 
 impl Topics {
-    /// The topic or service of that name which is a part of the action.
-    pub(crate) fn of_action(&self, name: &str) -> String {
-        format!("{}/_action/{name}", self.navigate_to_pose)
-    }
-
     /// All of them with the names of their fields.
     pub fn named(&self) -> Vec<(&'static str, &str)> {
         let values = [
@@ -359,6 +362,10 @@ impl Topics {
             &self.goal_pose,
             &self.initialpose,
             &self.navigate_to_pose,
+            &self.navigate_through_poses,
+            &self.follow_waypoints,
+            &self.compute_path_to_pose,
+            &self.compute_path_through_poses,
             &self.cmd_vel,
             &self.amcl_pose,
             &self.plan,

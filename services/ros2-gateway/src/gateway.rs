@@ -1,4 +1,7 @@
 //! The gateway on its robot: what becomes of what it hears.
+
+mod goals;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,21 +19,25 @@ use curionav_schemas::{
     self as wire, Action, Belief, CommandReason, Confidence, Decision, MapId, MissionCommand,
 };
 
+use crate::action_kind::ActionKind;
+use crate::action_publishers::ActionPublishers;
 use crate::config::Ros2Config;
 use crate::diagnosis;
 use crate::driver_client::{Answer, DriverClient};
 use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
 use crate::gate::Gate;
-use crate::goals::Status;
+use crate::goals::Goals;
 use crate::graph::{Graph, Used};
 use crate::journey::{Effect, Id, Journey, id};
 use crate::node::Request;
 use crate::order::{Orders, Start};
+use crate::path_planner::PathPlanner;
 use crate::pausing;
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
 use crate::robot_state::RobotState;
+use crate::tour::Destination;
 
 /// The localiser answers every tick; if its last answer is older than this, it has nothing to go on from.
 const BELIEF_AGE: Duration = Duration::from_secs(2);
@@ -38,13 +45,8 @@ const BELIEF_AGE: Duration = Duration::from_secs(2);
 const DRIVER_SILENCE: Duration = Duration::from_secs(5);
 /// Between two attempts to be localised.
 const RETRY: Duration = Duration::from_secs(5);
-/// Requests for results that wait for the end of their goals.
-const RESULTS_MAX: usize = 64;
 /// Looks between two diagnoses.
 const BEATS_PER_DIAGNOSIS: u32 = 5;
-
-/// Where to go: a place, and a heading to arrive with.
-type Destination = (Point2, Option<f64>);
 
 /// What the gateway is made of.
 pub(crate) struct Parts {
@@ -66,6 +68,10 @@ pub(crate) struct Parts {
     pub(crate) gate: Arc<Gate>,
     /// What it says to ROS.
     pub(crate) publishers: Publishers,
+    /// What it says of goals.
+    pub(crate) actions: ActionPublishers,
+    /// What looks for paths that clients ask for.
+    pub(crate) path_planner: PathPlanner,
     /// The way to the driver.
     pub(crate) driver_client: DriverClient,
     /// What is known of the robot.
@@ -90,7 +96,10 @@ pub(crate) struct Gateway {
     is_lost: bool,
     destination: Option<Destination>,
     journey: Journey,
-    results: Vec<(ros::Uuid, Request)>,
+    /// Goals that ask for paths, which move nothing.
+    path_goals: Goals,
+    /// Requests for results that wait for the end of their goals.
+    results: Vec<(ActionKind, ros::Uuid, Request)>,
     /// Why the driver has given its newest command.
     reason: Option<CommandReason>,
     driver_heard: Instant,
@@ -114,6 +123,7 @@ impl Gateway {
             is_lost: false,
             destination: None,
             journey: Journey::default(),
+            path_goals: Goals::default(),
             results: Vec::new(),
             reason: None,
             driver_heard: now,
@@ -166,6 +176,7 @@ impl Gateway {
                 self.hosted.retain(|(hosted, _)| Some(*hosted) == of_run && *hosted != id);
                 self.hosted.push((id, server));
                 self.map = Some(id);
+                self.parts.path_planner.on(grid);
                 self.localize_after = Instant::now();
                 tracing::info!(map = %id, "a map has come");
             }
@@ -284,51 +295,18 @@ impl Gateway {
         }
     }
 
-    /// A goal of the action.
-    pub(crate) fn send_goal(&mut self, said: &ros::SendGoalRequest, asked: &Request) {
-        let now = self.parts.gate.robot_time();
-        let outcome = self.destination_of(&said.goal.pose).and_then(|destination| {
-            if self.journey.goals.get(&said.goal_id).is_some() {
-                return Err(Fault::unusable("a goal of this name is known already"));
-            }
-            self.go(destination)
-        });
-        let goes = self.parts.robot_state.used(&self.parts.config.topics.navigate_to_pose, outcome).is_some();
-        let accepted = goes && self.journey.accept(said.goal_id, now);
-        asked.reply(&ros::SendGoalResponse { accepted, stamp: now });
-        if accepted {
-            self.act(vec![Effect::Goals]);
-        }
-    }
-
-    /// Goals are to be given up.
-    pub(crate) fn cancel_goal(&mut self, said: &ros::CancelGoalRequest, asked: &Request) {
-        let answer = self.journey.goals.cancel(said);
-        asked.reply(&answer);
-        if !answer.goals_canceling.is_empty() {
-            let effects = self.journey.canceling();
-            self.act(effects);
-        }
-    }
-
-    /// A client wants to know what has become of a goal: it is told when the goal has ended.
-    pub(crate) fn get_result(&mut self, said: &ros::GetResultRequest, asked: Request) {
-        match self.journey.goals.get(&said.goal_id) {
-            Some(goal) if !goal.status.is_end() => {
-                if self.results.len() < RESULTS_MAX {
-                    self.results.push((said.goal_id, asked));
-                }
-            }
-            goal => self.parts.publishers.result(goal, &asked),
-        }
-    }
-
     fn act(&mut self, effects: Vec<Effect>) {
         for effect in effects {
             match effect {
                 Effect::Tell(command) => drop(self.parts.driver_client.send(command)),
                 Effect::Goals => self.goals_changed(),
                 Effect::NoPlan => self.parts.publishers.no_plan(self.parts.gate.robot_time()),
+                Effect::GoOn(destination) => {
+                    if let Err(fault) = self.go(destination) {
+                        let effects = self.journey.fail(&fault.to_string());
+                        self.act(effects);
+                    }
+                }
                 Effect::OrderAnew => {
                     let outcome = self.destination.map_or(Ok(()), |destination| self.order_anew(destination));
                     if let Err(fault) = outcome {
@@ -344,17 +322,6 @@ impl Gateway {
             }
         }
         self.parts.gate.engage(self.journey.is_engaged());
-    }
-
-    fn goals_changed(&mut self) {
-        let goals = &self.journey.goals;
-        let publishers = &self.parts.publishers;
-        publishers.status(goals);
-        let ended =
-            self.results.extract_if(.., |(id, _)| goals.get(id).is_none_or(|goal| goal.status.is_end()));
-        for (id, asked) in ended {
-            publishers.result(goals.get(&id), &asked);
-        }
     }
 
     fn tick(&self) -> u64 {
@@ -401,7 +368,12 @@ impl Gateway {
             return;
         };
         self.parts.publishers.belief(&belief, sample.pose, clock.stamp(sample.stamp));
+        let here = Point2::new(belief.x, belief.y);
         self.belief = Some((belief, sample.pose, Instant::now()));
+        let effects = self.journey.is_at(here);
+        if !effects.is_empty() {
+            self.act(effects);
+        }
     }
 
     /// The arbiter has decided.
@@ -444,18 +416,6 @@ impl Gateway {
             self.diagnose();
         }
         self.beats = self.beats.wrapping_add(1);
-    }
-
-    fn feedback(&self) {
-        let goal = self.journey.goals.active();
-        let place = self.journey.goal();
-        let (Some(goal), Some((place, _)), Some((belief, ..))) = (goal, place, &self.belief) else { return };
-        if goal.status == Status::Executing {
-            let at = Pose2::new(belief.x, belief.y, belief.heading);
-            let distance = at.position().distance(place);
-            let remaining = distance / belief.v.max(0.1);
-            self.parts.publishers.feedback(goal, at, (distance, remaining), self.parts.gate.robot_time());
-        }
     }
 
     fn diagnose(&self) {

@@ -4,10 +4,11 @@
 //! without a network.
 
 use curionav_planning::geometry::Point2;
-use curionav_ros2::messages::{Time, Uuid};
 use curionav_schemas::{Decision, Mission, MissionCommand, MissionEnd, MissionState, Reject, words};
 
-use crate::goals::{self, Goals, Status};
+use crate::action_kind::ActionKind;
+use crate::goals::{Goal, Goals, Missed, Status, failure_of};
+use crate::tour::Destination;
 
 /// Why a mission was ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +45,8 @@ pub(crate) enum Effect {
     Goals,
     /// No trajectory is driven any more.
     NoPlan,
+    /// The goal leads on from where the robot is, to its next place.
+    GoOn(Destination),
     /// The driver would not change the goal of its run: a new run has to be ordered.
     OrderAnew,
     /// The driver has refused a mission.
@@ -105,18 +108,18 @@ impl Journey {
     }
 
     /// Where the mission that is under way leads.
-    pub(crate) fn goal(&self) -> Option<(Point2, Option<f64>)> {
+    pub(crate) fn goal(&self) -> Option<Destination> {
         let order = &self.mission.as_ref().filter(|_| self.is_engaged())?.order;
         Some((Point2::new(order.goal_x, order.goal_y), order.goal_heading))
     }
 
-    /// A goal of the action is taken; the one before, if one is under way, has failed.
-    pub(crate) fn accept(&mut self, id: Uuid, now: Time) -> bool {
-        if self.goals.get(&id).is_some() {
+    /// A goal of an action is taken; the one before, if one is under way, has failed.
+    pub(crate) fn accept(&mut self, goal: Goal) -> bool {
+        if self.goals.get(&goal.id).is_some() {
             return false;
         }
         self.goals.set(Status::Aborted, "another goal has taken its place");
-        self.goals.accept(id, now)
+        self.goals.accept(goal)
     }
 
     /// A goal has come by the topic, so a goal of the action that is under way has failed.
@@ -231,12 +234,7 @@ impl Journey {
         match self.ours {
             Some(ours) if ours == newest && mission.is_over() => {
                 self.ours = None;
-                let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
-                let ended = match mission.end.as_ref().and_then(goals::error_of) {
-                    Some(error) => self.goals.end(status, &why, error),
-                    None => self.goals.set(status, &why),
-                };
-                effects.extend(ended.map(|_| Effect::Goals));
+                effects.extend(self.ended(&mission));
             }
             Some(ours) if ours < newest && self.asked.is_none() => {
                 self.ours = None;
@@ -251,7 +249,39 @@ impl Journey {
         effects
     }
 
-    /// The arbiter has decided: if the robot is at the goal of the mission that runs, the run is over.
+    /// What becomes of the goal whose mission has ended.
+    fn ended(&mut self, mission: &Mission) -> Vec<Effect> {
+        let (status, why) = end(mission, self.goals.active().map(|goal| goal.status));
+        let failure = mission.end.as_ref().and_then(failure_of);
+        let ended = match failure {
+            Some(failure) => match self.goals.missed_place(failure, &why) {
+                Some(Missed::GoesOn(next)) => return vec![Effect::GoOn(next)],
+                Some(Missed::Last) => self.goals.set(Status::Succeeded, ""),
+                None => self.goals.end(status, &why, Some(failure)),
+            },
+            None => self.goals.set(status, &why),
+        };
+        ended.map(|_| Effect::Goals).into_iter().collect()
+    }
+
+    /// The robot is `here`: a way through poses goes on without a stop once it has come near to one.
+    pub(crate) fn is_at(&mut self, here: Point2) -> Vec<Effect> {
+        let may_pass = self.ours.is_some() && self.running() == self.ours && self.ending != self.ours;
+        let passes = may_pass
+            && self.asked.is_none()
+            && self.goals.active().is_some_and(|goal| {
+                goal.kind == ActionKind::NavigateThroughPoses
+                    && goal.tour().is_some_and(|tour| tour.is_passed(here))
+            });
+        if !passes {
+            return Vec::new();
+        }
+        self.ending = self.ours;
+        self.goals.reached_place().map(Effect::GoOn).into_iter().collect()
+    }
+
+    /// The arbiter has decided: if the robot is at the goal of the mission that runs, the run is over, or
+    /// leads on to its next place.
     pub(crate) fn decided(&mut self, decision: &Decision) -> Vec<Effect> {
         let Some(mission) = self.mission.as_ref().filter(|m| m.state == MissionState::Running) else {
             return Vec::new();
@@ -265,6 +295,11 @@ impl Journey {
             return Vec::new();
         }
         self.ending = Some(running);
+        if self.ours == Some(running)
+            && let Some(next) = self.goals.reached_place()
+        {
+            return vec![Effect::GoOn(next)];
+        }
         vec![Effect::Tell(MissionCommand::Finish { revision, end: MissionEnd::Reached })]
     }
 }
@@ -282,220 +317,5 @@ fn end(mission: &Mission, until_now: Option<Status>) -> (Status, String) {
 }
 
 #[cfg(test)]
-mod tests {
-    use curionav_schemas::Refusal;
-    use curionav_testing::golden;
-
-    use super::*;
-
-    fn mission(revision: u64, state: MissionState, end: Option<MissionEnd>) -> Mission {
-        Mission { run: 1, revision, state, end, ..golden::mission() }
-    }
-
-    const NOW: Time = Time { sec: 1, nanosec: 0 };
-    const GOAL: Uuid = [7; 16];
-
-    /// A goal of the action that runs as revision 3, since tick 10.
-    fn under_way() -> Journey {
-        let mut journey = Journey::default();
-        assert!(journey.accept(GOAL, NOW));
-        journey.asked_to_go(1, false);
-        let effects = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
-        assert_eq!(effects, [Effect::Goals]);
-        assert_eq!(journey.said(mission(3, MissionState::Running, None), 10), []);
-        assert!(journey.is_engaged());
-        journey
-    }
-
-    fn status(journey: &Journey) -> (Status, String) {
-        let goal = journey.goals.get(&GOAL).unwrap();
-        (goal.status, goal.why.clone())
-    }
-
-    fn arrived(tick: u64) -> Decision {
-        Decision { tick, arrived: true, ..golden::stop() }
-    }
-
-    #[test]
-    fn a_robot_that_arrives_has_reached_its_goal() {
-        let mut journey = under_way();
-        assert_eq!(journey.decided(&arrived(9)), [], "it was decided for the goal before");
-        let finish = MissionCommand::Finish { revision: 3, end: MissionEnd::Reached };
-        assert_eq!(journey.decided(&arrived(12)), [Effect::Tell(finish)]);
-        assert_eq!(journey.decided(&arrived(13)), [], "once is enough");
-        let effects = journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 14);
-        assert_eq!(effects, [Effect::Goals, Effect::NoPlan]);
-        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Succeeded, false));
-    }
-
-    #[test]
-    fn a_goal_is_canceled_only_if_its_client_gave_it_up() {
-        let cancelled = || mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled));
-        let mut journey = under_way();
-        journey.goals.cancel(&Default::default());
-        assert_eq!(journey.canceling(), [Effect::Goals, Effect::Tell(MissionCommand::Cancel)]);
-        journey.said(cancelled(), 20);
-        assert_eq!(status(&journey).0, Status::Canceled);
-        let mut journey = under_way();
-        journey.said(cancelled(), 20);
-        assert_eq!(status(&journey).0, Status::Aborted);
-    }
-
-    #[test]
-    fn a_goal_given_up_before_the_driver_answers_never_runs() {
-        let mut journey = Journey::default();
-        journey.accept(GOAL, NOW);
-        journey.asked_to_go(1, false);
-        journey.goals.cancel(&Default::default());
-        assert_eq!(journey.canceling(), [Effect::Goals]);
-        let effects = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
-        assert_eq!(effects, [Effect::Tell(MissionCommand::Cancel)]);
-        journey.said(mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled)), 9);
-        assert_eq!(status(&journey).0, Status::Canceled);
-    }
-
-    #[test]
-    fn a_new_goal_takes_the_place_of_the_one_before() {
-        let mut journey = under_way();
-        assert!(!journey.accept(GOAL, NOW), "a name counts once");
-        assert!(journey.accept([8; 16], NOW));
-        assert_eq!(status(&journey).0, Status::Aborted);
-        journey.asked_to_go(2, true);
-        // What the driver says of the old revision meanwhile concerns no goal any more.
-        assert_eq!(journey.said(mission(3, MissionState::Running, None), 20), []);
-        journey.answered(2, Ok(mission(4, MissionState::Preparing, None)), 21);
-        assert_eq!(
-            journey.goals.active().map(|goal| (goal.id, goal.status)),
-            Some(([8; 16], Status::Executing))
-        );
-        assert_eq!(journey.said(mission(3, MissionState::Running, None), 22), [], "it is older");
-        journey.said(mission(4, MissionState::Running, None), 23);
-        assert_eq!(journey.decided(&arrived(22)), []);
-        assert_eq!(journey.decided(&arrived(23)).len(), 1);
-    }
-
-    #[test]
-    fn another_clients_mission_replaces_the_goal_and_moves_the_base() {
-        let mut journey = under_way();
-        assert_eq!(journey.said(mission(4, MissionState::Preparing, None), 20), [Effect::Goals]);
-        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Aborted, true));
-        journey.said(mission(4, MissionState::Running, None), 22);
-        assert_eq!(journey.decided(&arrived(25)).len(), 1, "the base ends that run too");
-    }
-
-    #[test]
-    fn a_robot_that_only_localises_stands() {
-        let mut journey = Journey::default();
-        journey.asked_to_localize(1);
-        journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 0);
-        assert!(!journey.is_engaged());
-        let effects = journey.said(mission(1, MissionState::Running, None), 5);
-        assert_eq!((effects, journey.is_engaged()), (vec![Effect::Tell(MissionCommand::Cancel)], false));
-        assert_eq!(journey.decided(&arrived(6)), []);
-    }
-
-    #[test]
-    fn a_state_that_comes_before_the_answer_is_kept_and_moves_no_localising_robot() {
-        let mut journey = Journey::default();
-        journey.asked_to_localize(1);
-        assert_eq!(journey.said(mission(1, MissionState::Running, None), 5), []);
-        assert!(!journey.is_engaged());
-        let effects = journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6);
-        assert_eq!((effects, journey.is_engaged()), (vec![Effect::Tell(MissionCommand::Cancel)], false));
-        assert!(journey.is_localizing() && journey.running() == Some((1, 1)));
-        // A mission of another client came meanwhile: that one moves the robot.
-        let mut journey = Journey::default();
-        journey.asked_to_localize(1);
-        journey.said(mission(2, MissionState::Running, None), 5);
-        assert_eq!(journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6), []);
-        assert!(journey.is_engaged() && !journey.is_localizing());
-        // A goal whose mission has ended before the answer has come.
-        let mut journey = Journey::default();
-        journey.accept(GOAL, NOW);
-        journey.asked_to_go(1, false);
-        journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 20);
-        journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 21);
-        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Succeeded, false));
-    }
-
-    #[test]
-    fn a_restarted_driver_has_new_missions_even_with_the_same_revision() {
-        let of_later_run = |state| Mission { run: 2, ..mission(3, state, None) };
-        let mut journey = under_way();
-        journey.decided(&arrived(12));
-        journey.fail("the robot's clock was set back");
-        journey.accept([8; 16], NOW);
-        journey.asked_to_go(2, false);
-        journey.answered(2, Ok(of_later_run(MissionState::Preparing)), 20);
-        assert!(journey.is_engaged(), "only the mission before had failed");
-        journey.said(of_later_run(MissionState::Running), 21);
-        assert_eq!(journey.decided(&arrived(22)).len(), 1, "only the mission before was told to end");
-        // A restart while a goal is under way: it is of no mission any more.
-        let mut journey = under_way();
-        let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };
-        assert_eq!(journey.said(fresh, 20), [Effect::Goals]);
-        assert_eq!(status(&journey).0, Status::Aborted);
-    }
-
-    #[test]
-    fn a_refused_goal_fails_but_a_refused_change_is_ordered_anew() {
-        let reject = || Reject::from(curionav_schemas::Refusal::NoMission);
-        let mut journey = Journey::default();
-        journey.accept(GOAL, NOW);
-        journey.asked_to_go(1, true);
-        assert_eq!(journey.answered(1, Err(reject()), 0), [Effect::OrderAnew]);
-        assert_eq!(status(&journey).0, Status::Accepted);
-        journey.asked_to_go(2, false);
-        assert_eq!(journey.answered(2, Err(reject()), 0), [Effect::Goals, Effect::Refused(reject())]);
-        assert_eq!(status(&journey).0, Status::Aborted);
-        assert!(!status(&journey).1.is_empty());
-    }
-
-    #[test]
-    fn a_role_that_cannot_prepare_fails_the_goal_and_says_why() {
-        let (role, instance) = ("localizer".to_owned(), "a".to_owned());
-        let reject = curionav_schemas::Refusal::PoseLost.at("localizer");
-        let mut journey = under_way();
-        let end = MissionEnd::Unprepared { role, instance, reject };
-        journey.said(mission(3, MissionState::Finished, Some(end)), 20);
-        assert!(status(&journey).0 == Status::Aborted && status(&journey).1.contains("localizer"));
-    }
-
-    #[test]
-    fn a_goal_without_a_way_fails_with_the_number_that_nav2_has_for_it() {
-        let unprepared = |refusal: Refusal| MissionEnd::Unprepared {
-            role: "arbiter".into(),
-            instance: "a".into(),
-            reject: refusal.at("goal"),
-        };
-        for (end, error) in [
-            (MissionEnd::NoWayToGoal, 208),
-            (MissionEnd::GoalOccupied, 206),
-            (unprepared(Refusal::UnreachableGoal { x: 1.0, y: 2.0 }), 208),
-            (unprepared(Refusal::NoRoomAtGoal { x: 1.0, y: 2.0, room: 0.1, radius: 0.3 }), 206),
-            (MissionEnd::Lost, 9000),
-        ] {
-            let mut journey = under_way();
-            journey.said(mission(3, MissionState::Finished, Some(end)), 20);
-            let goal = journey.goals.get(&GOAL).unwrap();
-            assert_eq!((goal.status, goal.error), (Status::Aborted, error), "{goal:?}");
-        }
-    }
-
-    #[test]
-    fn a_goal_fails_when_the_clock_is_set_back_or_the_driver_goes() {
-        let mut journey = under_way();
-        let effects = journey.fail("the robot's clock was set back");
-        assert_eq!(effects, [Effect::Goals, Effect::Tell(MissionCommand::Cancel), Effect::NoPlan]);
-        assert!(!journey.is_engaged());
-        journey.said(mission(3, MissionState::Running, None), 21);
-        assert!(!journey.is_engaged(), "the driver has not heard of it yet");
-        let mut journey = under_way();
-        assert_eq!(journey.forget_mission(), [Effect::Goals, Effect::NoPlan]);
-        assert!(!journey.is_engaged() && status(&journey).0 == Status::Aborted);
-        // A driver that was started anew counts its revisions from 1 on, in a later run.
-        let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };
-        journey.said(fresh, 0);
-        assert!(journey.is_engaged());
-    }
-}
+#[path = "journey_tests.rs"]
+mod tests;

@@ -4,6 +4,9 @@
 //! what the robot says, `journey` for how goals become missions, `gate` for what reaches the base, and `service` for
 //! how these are joined.
 
+mod action_kind;
+mod action_publishers;
+mod calls;
 pub mod config;
 mod diagnosis;
 mod drawing;
@@ -20,6 +23,7 @@ mod journey;
 mod masks;
 mod node;
 mod order;
+mod path_planner;
 mod pausing;
 mod people;
 pub mod problem;
@@ -33,5 +37,6 @@ mod sensor_intake;
 mod service;
 mod subscriptions;
 mod sweep;
+mod tour;
 
 pub use service::{check, run};

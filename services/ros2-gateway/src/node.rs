@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::anyhow;
 use curionav_ros2::attachment::Attachment;
+use curionav_ros2::cdr::CdrError;
 use curionav_ros2::dialect::{Dialect, Outgoing, outgoing};
 use curionav_ros2::interface::Interface;
 use curionav_ros2::message::Message;
@@ -225,9 +226,23 @@ impl Node {
     ///
     /// # Errors
     /// If it cannot be declared.
-    pub(crate) fn service<Q: Message>(&self, name: &str) -> anyhow::Result<Serving<Q>> {
+    pub(crate) fn service<Q: Message + 'static>(&self, name: &str) -> anyhow::Result<Serving<Q>> {
+        self.serving(name, &Q::INTERFACE, Q::MAX_BYTES, Box::new(Q::decode))
+    }
+
+    /// The serving end of a service of this type, whose requests of at most `most` bytes are read by `decode`.
+    ///
+    /// # Errors
+    /// If it cannot be declared.
+    pub(crate) fn serving<T>(
+        &self,
+        name: &str,
+        interface: &Interface,
+        most: usize,
+        decode: Decode<T>,
+    ) -> anyhow::Result<Serving<T>> {
         let name = self.config.resolve(name);
-        let key = self.dialect.key(&name, &Q::INTERFACE);
+        let key = self.dialect.key(&name, interface);
         let (feeder, waiting) = ByteRing::new(WAITING, WAITING_BYTES);
         let dialect = Arc::clone(&self.dialect);
         let refused = self.refused.clone();
@@ -236,24 +251,16 @@ impl Node {
         let queryable = queryable.callback(move |query| {
             let bytes = query.payload().map_or(0, ZBytes::len);
             let beside = query.parameters().as_str().len();
-            if bytes > Q::MAX_BYTES || beside > MAX_TEXT || !is_attached(&*dialect, query.attachment()) {
+            if bytes > most || beside > MAX_TEXT || !is_attached(&*dialect, query.attachment()) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
             feeder.push(bytes.max(1 << 10), query);
         });
         let queryable = queryable.wait().map_err(|error| anyhow!("{key}: {error}"))?;
-        let (_, token) = self.entity(EntityKind::Service, &name, &Q::INTERFACE, Qos::DEFAULT)?;
+        let (_, token) = self.entity(EntityKind::Service, &name, interface, Qos::DEFAULT)?;
         let dialect = Arc::clone(&self.dialect);
         let refused = self.refused.clone();
-        Ok(Serving {
-            _queryable: queryable,
-            waiting,
-            dialect,
-            refused,
-            name,
-            _token: token,
-            message: Default::default(),
-        })
+        Ok(Serving { _queryable: queryable, waiting, dialect, refused, name, _token: token, decode })
     }
 }
 
@@ -361,15 +368,18 @@ impl<M: Message> Intake<M> {
     }
 }
 
+/// What is made of the payload of a request.
+pub(crate) type Decode<T> = Box<dyn Fn(&[u8]) -> Result<T, CdrError> + Send + Sync>;
+
 /// The serving end of a service of one type.
-pub(crate) struct Serving<Q> {
+pub(crate) struct Serving<T> {
     _queryable: Queryable<()>,
     waiting: Arc<ByteRing<Query>>,
     dialect: Arc<dyn Dialect>,
     refused: Tally,
     name: String,
     _token: Option<LivelinessToken>,
-    message: std::marker::PhantomData<fn() -> Q>,
+    decode: Decode<T>,
 }
 
 /// A request that waits for its response.
@@ -378,13 +388,13 @@ pub(crate) struct Request {
     dialect: Arc<dyn Dialect>,
 }
 
-impl<Q: Message> Serving<Q> {
+impl<T> Serving<T> {
     /// The next request in order, and where its response goes; nothing once the session is closed. Cancel-safe.
-    pub(crate) async fn next(&self) -> Option<(Q, Request)> {
+    pub(crate) async fn next(&self) -> Option<(T, Request)> {
         loop {
             let query = self.waiting.next().await?;
             let payload = query.payload().map(ZBytes::to_bytes).unwrap_or_default();
-            match Q::decode(&payload) {
+            match (self.decode)(&payload) {
                 Ok(request) => {
                     drop(payload);
                     return Some((request, Request { query, dialect: Arc::clone(&self.dialect) }));

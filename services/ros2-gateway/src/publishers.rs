@@ -1,29 +1,21 @@
-//! The gateway's publishers to ROS, except that of velocities.
+//! The gateway's publishers to ROS, except those of velocities and of actions.
 
 use curionav_planning::geometry::Pose2;
-use curionav_ros2::interface::Distribution;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
 use curionav_schemas::{Belief, CycleReport, Decision};
 
 use crate::config::{Frames, Ros2Config};
 use crate::drawing::{self, header};
-use crate::goals::{Goal, Goals};
-use crate::node::{Node, Outlet, Request};
+use crate::node::{Node, Outlet};
 
 /// For how long a transform from map to odometry holds, nanoseconds: it is stamped so much later, as AMCL does, so that
 /// who looks up where the robot is now need not wait for the next belief. Beliefs come with odometry, and the robot
 /// stands before that is silent for so long.
 const HOLDS_NS: i64 = 300_000_000;
 
-enum Feedback {
-    Earlier(Outlet<ros::NavigationFeedback>),
-    Lyrical(Outlet<ros::NavigationFeedbackLyrical>),
-}
-
 /// The gateway's publishers.
 pub(crate) struct Publishers {
-    distribution: Distribution,
     frames: Frames,
     amcl_pose: Outlet<ros::PoseWithCovarianceStamped>,
     tf: Option<Outlet<ros::TfMessage>>,
@@ -31,8 +23,6 @@ pub(crate) struct Publishers {
     candidates: Outlet<ros::MarkerArray>,
     crowd: Outlet<ros::MarkerArray>,
     diagnostics: Outlet<ros::DiagnosticArray>,
-    feedback: Feedback,
-    status: Outlet<ros::GoalStatusArray>,
 }
 
 impl Publishers {
@@ -42,13 +32,7 @@ impl Publishers {
     /// If one cannot be declared.
     pub(crate) fn new(node: &Node, config: &Ros2Config) -> anyhow::Result<Self> {
         let topics = &config.topics;
-        let feedback = topics.of_action("feedback");
-        let feedback = match config.distribution() {
-            Distribution::Lyrical => Feedback::Lyrical(node.outlet(&feedback, Qos::DEFAULT)?),
-            _ => Feedback::Earlier(node.outlet(&feedback, Qos::DEFAULT)?),
-        };
         Ok(Self {
-            distribution: config.distribution(),
             frames: config.frames.clone(),
             amcl_pose: node.outlet(&topics.amcl_pose, Qos::LATCHED)?,
             tf: config.publish_tf.then(|| node.outlet(&topics.tf, Qos::DEFAULT)).transpose()?,
@@ -56,8 +40,6 @@ impl Publishers {
             candidates: node.outlet(&topics.candidates, Qos::DEFAULT)?,
             crowd: node.outlet(&topics.crowd, Qos::DEFAULT)?,
             diagnostics: node.outlet(&topics.diagnostics, Qos::DEFAULT)?,
-            feedback,
-            status: node.outlet(&topics.of_action("status"), Qos::LATCHED)?,
         })
     }
 
@@ -101,48 +83,4 @@ impl Publishers {
     pub(crate) fn diagnostics(&self, status: Vec<ros::DiagnosticStatus>, stamp: ros::Time) {
         self.diagnostics.put(&ros::DiagnosticArray { header: header(stamp, ""), status });
     }
-
-    /// How the goals fare.
-    pub(crate) fn status(&self, goals: &Goals) {
-        self.status.put(&goals.statuses());
-    }
-
-    /// How far the goal under way is: `distance` metres and `remaining` seconds, at the robot's time `now`.
-    pub(crate) fn feedback(&self, goal: &Goal, at: Pose2, (distance, remaining): (f64, f64), now: ros::Time) {
-        let feedback = ros::NavigationFeedback {
-            goal_id: goal.id,
-            current_pose: ros::PoseStamped { header: header(now, &self.frames.map), pose: drawing::pose(at) },
-            navigation_time: duration(now.nanoseconds().saturating_sub(goal.stamp.nanoseconds())),
-            estimated_time_remaining: duration((remaining * 1e9) as i64),
-            number_of_recoveries: 0,
-            distance_remaining: distance as f32,
-        };
-        match &self.feedback {
-            Feedback::Earlier(outlet) => outlet.put(&feedback),
-            Feedback::Lyrical(outlet) => {
-                outlet
-                    .put(&ros::NavigationFeedbackLyrical { earlier: feedback, tracking: Default::default() });
-            }
-        }
-    }
-
-    /// Answers what has become of a goal; of one that is not known, that it is not.
-    pub(crate) fn result(&self, goal: Option<&Goal>, asked: &Request) {
-        let status = goal.map_or(0, |goal| goal.status.code());
-        if self.distribution == Distribution::Humble {
-            return asked.reply(&ros::GetResultResponseHumble { status, ..Default::default() });
-        }
-        let why = goal.map_or("", |goal| goal.why.as_str());
-        let error_code = goal.map_or(0, |goal| goal.error);
-        let mut error_msg = why.to_owned();
-        while error_msg.len() > curionav_ros2::limits::TEXT {
-            error_msg.pop();
-        }
-        asked.reply(&ros::GetResultResponse { status, result: ros::Navigated { error_code, error_msg } });
-    }
-}
-
-fn duration(nanoseconds: i64) -> ros::Duration {
-    let ros::Time { sec, nanosec } = ros::Time::from_nanoseconds(nanoseconds.max(0));
-    ros::Duration { sec, nanosec }
 }

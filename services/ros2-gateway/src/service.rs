@@ -22,6 +22,7 @@ use curionav_runtime::shutdown::Shutdown;
 use curionav_schemas::{MissionCommand, keys};
 use zenoh::Session;
 
+use crate::action_publishers::ActionPublishers;
 use crate::config::{DialectName, PeopleSource, Ros2Config};
 use crate::driver_client::DriverClient;
 use crate::gate::Gate;
@@ -30,11 +31,12 @@ use crate::graph::{Graph, Used};
 use crate::masks::Masks;
 use crate::node::Node;
 use crate::order::{self, Orders};
+use crate::path_planner::PathPlanner;
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
 use crate::robot_state::{Noted, RobotState};
 use crate::sensor_config::SensorKind;
-use crate::subscriptions::{Event, Subscriptions};
+use crate::subscriptions::{Event, OwnWork, Subscriptions};
 
 /// For how long the gateway waits, when it ends, until the driver has heard of it.
 const FAREWELL: Duration = Duration::from_millis(500);
@@ -100,6 +102,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let node = Node::new(&robots, &ros2, noted.refused.clone(), Arc::clone(&noted.problems))?;
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, Arc::clone(&lease), noted.zeros.clone())?);
         let (mut driver_client, answers) = DriverClient::start(commander.clone(), Arc::clone(&lease));
+        let (path_planner, paths) = PathPlanner::new(limits.radius, ros2.mission.goal_tolerance);
         // What a gateway before this one has begun, nothing watches any more.
         if service.mission().await?.is_some_and(|mission| !mission.is_over()) {
             driver_client.send(MissionCommand::Cancel);
@@ -107,8 +110,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
         let graph = Graph::follow(&robots, domain, &noted.refused)?;
         let robot_state = RobotState::new(&ros2, &limits, &scanner, &service, Arc::clone(&gate), noted)?;
-        let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers, &lease)?;
+        let mut subscriptions =
+            Subscriptions::new(&node, &service, &ros2, OwnWork { answers, paths }, &lease)?;
         let publishers = Publishers::new(&node, &ros2)?;
+        let actions = ActionPublishers::new(&node, &ros2)?;
         let used = used(&ros2);
         let config = ros2;
         let parts = Parts {
@@ -121,6 +126,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             used,
             gate,
             publishers,
+            actions,
+            path_planner,
             driver_client,
             robot_state,
         };
@@ -244,9 +251,8 @@ async fn serve(
             Event::Clock(clock) => gateway.robot_state().sim_time(&clock),
             Event::GoalPose(pose) => gateway.goal_pose(&pose),
             Event::InitialPose(pose) => gateway.initial_pose(&pose),
-            Event::SendGoal(goal, asked) => gateway.send_goal(&goal, &asked),
-            Event::CancelGoal(goal, asked) => gateway.cancel_goal(&goal, &asked),
-            Event::GetResult(goal, asked) => gateway.get_result(&goal, asked),
+            Event::Call(call, asked) => gateway.called(call, asked),
+            Event::PathMade(path) => gateway.path_made(*path),
             Event::Pause(paused, asked) => gateway.pause(paused, asked),
             Event::Report(report) => gateway.reported(&report),
             Event::Beat => {

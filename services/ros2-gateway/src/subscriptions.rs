@@ -15,10 +15,12 @@ use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
+use crate::calls::{Call, Calls};
 use crate::config::{Frames, PeopleSource, Ros2Config};
 use crate::driver_client::Answer;
 use crate::fault::Fault;
 use crate::node::{Intake, Node, Request, Serving};
+use crate::path_planner::PathMade;
 use crate::sensing;
 use crate::sensor_intake::{Said, SensorIntake};
 
@@ -45,12 +47,10 @@ pub(crate) enum Event {
     InitialPose(Box<ros::PoseWithCovarianceStamped>),
     /// The time of a simulation.
     Clock(ros::Clock),
-    /// A goal of the action.
-    SendGoal(Box<ros::SendGoalRequest>, Request),
-    /// A goal is to be given up.
-    CancelGoal(ros::CancelGoalRequest, Request),
-    /// What has become of a goal?
-    GetResult(ros::GetResultRequest, Request),
+    /// A client of an action, or one that wants to know a state, has called.
+    Call(Call, Request),
+    /// A path that a client has asked for is found, or not.
+    PathMade(Box<PathMade>),
     /// The robot is to be paused, or to go on.
     Pause(bool, Request),
     /// The driver's mission has changed.
@@ -71,6 +71,14 @@ pub(crate) enum Event {
     Closed,
 }
 
+/// What comes out of the gateway's own tasks.
+pub(crate) struct OwnWork {
+    /// The driver's answers.
+    pub(crate) answers: mpsc::Receiver<Answer>,
+    /// Paths that were looked for.
+    pub(crate) paths: mpsc::Receiver<PathMade>,
+}
+
 /// The gateway's subscriptions, services and timer.
 pub(crate) struct Subscriptions {
     scan: Intake<ros::LaserScan>,
@@ -83,9 +91,8 @@ pub(crate) struct Subscriptions {
     goal_pose: Intake<ros::PoseStamped>,
     initialpose: Intake<ros::PoseWithCovarianceStamped>,
     clock: Option<Intake<ros::Clock>>,
-    send_goal: Serving<ros::SendGoalRequest>,
-    cancel_goal: Serving<ros::CancelGoalRequest>,
-    get_result: Serving<ros::GetResultRequest>,
+    calls: Calls,
+    paths: mpsc::Receiver<PathMade>,
     stop: Serving<ros::TriggerRequest>,
     resume: Serving<ros::TriggerRequest>,
     missions: Inbox<Mission>,
@@ -109,7 +116,7 @@ impl Subscriptions {
         node: &Node,
         service: &RobotService,
         config: &Ros2Config,
-        answers: mpsc::Receiver<Answer>,
+        own: OwnWork,
         lease: &Arc<BaseLease>,
     ) -> anyhow::Result<Self> {
         let topics = &config.topics;
@@ -127,9 +134,8 @@ impl Subscriptions {
             goal_pose: node.intake(&topics.goal_pose, Qos::DEFAULT)?,
             initialpose: node.intake(&topics.initialpose, Qos::DEFAULT)?,
             clock: config.use_sim_time.then(|| node.intake(&topics.clock, Qos::SENSOR)).transpose()?,
-            send_goal: node.service(&topics.of_action("send_goal"))?,
-            cancel_goal: node.service(&topics.of_action("cancel_goal"))?,
-            get_result: node.service(&topics.of_action("get_result"))?,
+            calls: Calls::new(node, config)?,
+            paths: own.paths,
             stop: node.service(&topics.stop)?,
             resume: node.service(&topics.resume)?,
             missions: service.inbox("mission")?,
@@ -137,7 +143,7 @@ impl Subscriptions {
             decisions: service.inbox("decision")?,
             commands: lease.commands(service.inbox("cmd")?),
             reports: None,
-            answers,
+            answers: own.answers,
             reading: None,
             frames: config.frames.clone(),
             beat,
@@ -186,9 +192,8 @@ impl Subscriptions {
                 said = optional(self.clock.as_ref()) => heard(said, Event::Clock),
                 said = self.goal_pose.next() => heard(said, Event::GoalPose),
                 said = self.initialpose.next() => heard(said, |pose| Event::InitialPose(Box::new(pose))),
-                said = self.send_goal.next() => heard(said, |(goal, asked)| Event::SendGoal(Box::new(goal), asked)),
-                said = self.cancel_goal.next() => heard(said, |(goal, asked)| Event::CancelGoal(goal, asked)),
-                said = self.get_result.next() => heard(said, |(goal, asked)| Event::GetResult(goal, asked)),
+                said = self.calls.next() => heard(said, |(call, asked)| Event::Call(call, asked)),
+                said = self.paths.recv() => heard(said, |path| Event::PathMade(Box::new(path))),
                 said = self.stop.next() => heard(said, |(_, asked)| Event::Pause(true, asked)),
                 said = self.resume.next() => heard(said, |(_, asked)| Event::Pause(false, asked)),
                 said = report => heard(said, |report| Event::Report(Box::new(report))),

@@ -11,3 +11,4 @@ mod safety;
 mod site;
 mod stalled;
 mod too_large;
+mod tours;

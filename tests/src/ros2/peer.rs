@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use curionav_ros2::attachment::Attachment;
 use curionav_ros2::dialect::{Dialect, RmwZenoh, outgoing};
-use curionav_ros2::interface::Distribution;
+use curionav_ros2::interface::{Distribution, Interface};
 use curionav_ros2::message::Message;
 use curionav_ros2::qos::Qos;
 use curionav_ros2::token::{Endpoint, EntityKind, Token};
@@ -169,8 +169,18 @@ impl Peer {
 
     /// Calls a service and waits for its response.
     pub(super) async fn call<Q: Message, A: Message>(&self, name: &str, request: &Q) -> A {
+        self.call_of(&Q::INTERFACE, name, request).await
+    }
+
+    /// The same for a service whose type differs from that of the request: results are asked for alike of all actions.
+    pub(super) async fn call_of<Q: Message, A: Message>(
+        &self,
+        interface: &Interface,
+        name: &str,
+        request: &Q,
+    ) -> A {
         let sent = outgoing(&DIALECT, request, self.attachment()).unwrap();
-        let key = DIALECT.key(&self.topic(name), &Q::INTERFACE);
+        let key = DIALECT.key(&self.topic(name), interface);
         let asked = Attachment::decode(sent.attachment().unwrap()).unwrap();
         let replies =
             self.session.get(key).payload(sent.payload()).attachment(sent.attachment()).timeout(LIMIT);

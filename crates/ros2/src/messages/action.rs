@@ -1,8 +1,14 @@
-//! Actions in general, and `nav2_msgs/action/NavigateToPose`.
+//! Actions in general: goals, how they fare, and the messages around the parts of each action.
 
-use super::geometry::{Duration, PoseStamped, Time};
+use serde::Serialize;
+
+use super::geometry::Time;
+use super::navigate_to_pose::{Navigated, NavigatingTo};
+use crate::cdr::{Cdr, CdrError, CdrFault, Reader, Writer, named};
 use crate::interface::Interface;
 use crate::limits::GOALS;
+use crate::message::Message;
+use crate::testing::{Random, Rng};
 
 /// Name of a goal, which its client invents.
 pub type Uuid = [u8; 16];
@@ -84,29 +90,7 @@ message! {
 }
 
 message! {
-    /// Where to go.
-    NavigatingTo;
-    {
-        /// The goal.
-        pose: PoseStamped,
-        /// Name of a file that says how Nav2 is to get there; empty for the default.
-        behavior_tree: String,
-    }
-}
-
-message! {
-    /// Asks to navigate.
-    SendGoalRequest = "nav2_msgs/action/NavigateToPose_SendGoal_Request" of SEND_GOAL, at most SMALL;
-    {
-        /// Chosen by the client; unique.
-        goal_id: Uuid,
-        /// Where to go.
-        goal: NavigatingTo,
-    }
-}
-
-message! {
-    /// Whether a goal is accepted.
+    /// Whether a goal is accepted; of every action, though its key is that of the action.
     #[derive(Copy, Eq)]
     SendGoalResponse = "nav2_msgs/action/NavigateToPose_SendGoal_Response" of SEND_GOAL, at most SMALL;
     {
@@ -118,7 +102,7 @@ message! {
 }
 
 message! {
-    /// Asks what has become of a goal; it is answered when the goal has ended.
+    /// Asks what has become of a goal, of any action; it is answered when the goal has ended.
     #[derive(Copy, Eq)]
     GetResultRequest = "nav2_msgs/action/NavigateToPose_GetResult_Request" of GET_RESULT, at most SMALL;
     {
@@ -127,96 +111,121 @@ message! {
     }
 }
 
-message! {
-    /// Why navigation has failed, if it has.
-    #[derive(Eq)]
-    Navigated;
+/// The goal, result or feedback of an action, which stands in a message with the goal's name or status.
+pub trait Part: Cdr {
+    /// Name of the message around it, such as `nav2_msgs/action/NavigateToPose_SendGoal_Request`.
+    const NAME: &'static str;
+    /// What stands in keys: of a goal or result that of its service.
+    const INTERFACE: Interface;
+    /// Bytes of that message at most.
+    const MAX_BYTES: usize;
+}
+
+/// Says of which message a type is a part, and what is known of that message.
+macro_rules! part {
+    ($name:ty = goal of $service:literal, $hash:literal, at most $most:expr) => {
+        part! { @ $name, concat!($service, "_Request"), $service, $hash, $most }
+    };
+    ($name:ty = result of $service:literal, $hash:literal, at most $most:expr) => {
+        part! { @ $name, concat!($service, "_Response"), $service, $hash, $most }
+    };
+    ($name:ty = feedback of $message:literal, $hash:literal, at most $most:expr) => {
+        part! { @ $name, $message, $message, $hash, $most }
+    };
+    (@ $name:ty, $message:expr, $interface:literal, $hash:literal, $most:expr) => {
+        impl $crate::messages::Part for $name {
+            const NAME: &'static str = $message;
+            const INTERFACE: $crate::interface::Interface =
+                $crate::interface::Interface::new($interface, $hash);
+            const MAX_BYTES: usize = $most;
+        }
+    };
+}
+pub(super) use part;
+
+/// Declares a message that has a [`Part`].
+macro_rules! with_part {
+    ($(#[$attribute:meta])* $name:ident<$part:ident = $default:ty>; {
+        $(#[$about:meta])* $first:ident: $ty:ty, $(#[$of:meta])* $second:ident
+    }) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+        pub struct $name<$part = $default> {
+            $(#[$about])*
+            pub $first: $ty,
+            $(#[$of])*
+            pub $second: $part,
+        }
+
+        impl<$part: Part> Cdr for $name<$part> {
+            const MIN_BYTES: usize = <$ty>::MIN_BYTES + $part::MIN_BYTES;
+
+            fn write(&self, out: &mut Writer) -> Result<(), CdrFault> {
+                self.$first.write(out)?;
+                self.$second.write(out)
+            }
+
+            fn read(input: &mut Reader<'_>) -> Result<Self, CdrError> {
+                Ok(Self {
+                    $first: named(stringify!($first), Cdr::read(input))?,
+                    $second: named(stringify!($second), Cdr::read(input))?,
+                })
+            }
+        }
+
+        impl<$part: Part> Message for $name<$part> {
+            const NAME: &'static str = $part::NAME;
+            const INTERFACE: Interface = $part::INTERFACE;
+            const MAX_BYTES: usize = $part::MAX_BYTES;
+        }
+
+        impl<$part: Random> Random for $name<$part> {
+            fn random(rng: &mut Rng) -> Self {
+                Self { $first: Random::random(rng), $second: Random::random(rng) }
+            }
+        }
+    };
+}
+
+with_part! {
+    /// Asks for what an action does.
+    SendGoalRequest<G = NavigatingTo>;
     {
-        /// 0 for success.
-        error_code: u16,
-        /// In words.
-        error_msg: String,
+        /// Chosen by the client; unique.
+        goal_id: Uuid,
+        /// What to do.
+        goal
     }
 }
 
-message! {
-    /// What has become of a goal, from jazzy on.
-    #[derive(Eq)]
-    GetResultResponse = "nav2_msgs/action/NavigateToPose_GetResult_Response" of GET_RESULT, at most SMALL;
+with_part! {
+    /// What has become of a goal.
+    GetResultResponse<R = Navigated>;
     {
         /// As of [`GoalStatus`]; 0 for a goal that is not known.
         status: i8,
-        /// Why it has failed.
-        result: Navigated,
+        /// What has come out of it.
+        result
+    }
+}
+
+with_part! {
+    /// How a goal fares.
+    FeedbackMessage<F = Nothing>;
+    {
+        /// The goal.
+        goal_id: Uuid,
+        /// How far it is.
+        feedback
     }
 }
 
 message! {
     /// The empty message, which ROS fills with one byte.
     #[derive(Copy, Eq)]
-    NavigatedHumble;
+    Nothing;
     {
         /// Means nothing.
         structure_needs_at_least_one_member: u8,
-    }
-}
-
-message! {
-    /// What has become of a goal, in humble.
-    #[derive(Copy, Eq)]
-    GetResultResponseHumble = "nav2_msgs/action/NavigateToPose_GetResult_Response" of GET_RESULT, at most SMALL;
-    {
-        /// As of [`GoalStatus`]; 0 for a goal that is not known.
-        status: i8,
-        /// Nothing.
-        result: NavigatedHumble,
-    }
-}
-
-message! {
-    /// How a navigation fares, up to kilted.
-    NavigationFeedback = "nav2_msgs/action/NavigateToPose_FeedbackMessage" of Interface::new(
-        "nav2_msgs/action/NavigateToPose_FeedbackMessage",
-        "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3",
-    ), at most SMALL;
-    {
-        /// The goal.
-        goal_id: Uuid,
-        /// Where the robot is.
-        current_pose: PoseStamped,
-        /// Since the goal was accepted.
-        navigation_time: Duration,
-        /// Until the robot will arrive.
-        estimated_time_remaining: Duration,
-        /// How often it had to recover.
-        number_of_recoveries: i16,
-        /// To the goal, m.
-        distance_remaining: f32,
-    }
-}
-
-message! {
-    /// How far the robot is off its path.
-    #[derive(Copy)]
-    TrackingErrors;
-    {
-        /// m.
-        position: f32,
-        /// rad.
-        heading: f32,
-    }
-}
-
-message! {
-    /// How a navigation fares, from lyrical on.
-    NavigationFeedbackLyrical = "nav2_msgs/action/NavigateToPose_FeedbackMessage" of Interface::new(
-        "nav2_msgs/action/NavigateToPose_FeedbackMessage",
-        "RIHS01_2c1b4ec1a0e3a53c9aa326aabe717670eeef0ff3d4c3351ff940613b2011728a",
-    ), at most SMALL;
-    {
-        /// What earlier distributions have.
-        earlier: NavigationFeedback,
-        /// What is new.
-        tracking: TrackingErrors,
     }
 }
