@@ -10,7 +10,7 @@ use ciborium::Value;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 
-type Checked = Result<(), Reject>;
+pub(crate) type Checked = Result<(), Reject>;
 
 /// Implements [`Validate`] by a table of fields: the checks are made in its order. The name before the type stands for
 /// the message, so that a check may depend on another field. For an enum the fields stand below their variants.

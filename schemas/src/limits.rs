@@ -17,6 +17,8 @@ pub const MAX_BEAMS: usize = 8192;
 pub const MAX_SENSORS: usize = 8;
 /// Cells of a map in a scene on which something stands that is on no map: 200 m of outlines in cells of 0.05 m.
 pub const MAX_OBSTACLE_CELLS: usize = 4096;
+/// Points of a way that is given: 200 m with one every 0.2 m.
+pub const MAX_WAY_POINTS: usize = 1024;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.
 pub const MAX_TREE_NODES: usize = 16_384;
 /// Columns of a search tree: the generator that has most has five.

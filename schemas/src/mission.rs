@@ -1,9 +1,10 @@
 //! What a robot is to do, and how to ask for it.
 
 use crate::check::{
-    checks, count, covariance, id, list, number, optional, parameters, part, positive, within,
+    Checked, checks, count, covariance, id, list, number, numbers, optional, parameters, part, positive,
+    shape, size, within,
 };
-use crate::limits::{MAX_HEADING, MAX_LIST};
+use crate::limits::{MAX_HEADING, MAX_LIST, MAX_WAY_POINTS};
 use crate::{
     Clock, F64Array, LaserModel, MapId, MissionEnd, MissionState, OdometryNoise, Pose, Reject, RobotModel,
 };
@@ -33,6 +34,10 @@ pub struct MissionOrder {
     /// Heading to arrive with, rad; absent if any will do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_heading: Option<f64>,
+    /// The way to the goal: x and y of each of its points, m in the map frame, from the robot to the goal. Absent if the
+    /// robot may choose it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub way: Option<F64Array>,
     /// Distance at which the goal counts as reached, m.
     pub goal_tolerance: f64,
     /// Planner profile: a map (generator, terms, arbitration).
@@ -103,12 +108,20 @@ impl Mission {
     }
 }
 
+/// The points of a way: at least two, with two numbers each.
+fn points(field: &str, way: &F64Array) -> Checked {
+    size(field, way.len() / 2, 2, MAX_WAY_POINTS)?;
+    shape(field, way.len(), way.len() / 2 * 2)?;
+    numbers(field, way)
+}
+
 checks! { order: MissionOrder {
     robot: id;
     initial_pose: part;
     initial_covariance: covariance;
     goal_x, goal_y: number;
     goal_heading: optional(within(-MAX_HEADING, MAX_HEADING));
+    way: optional(points);
     profile, localizer: parameters;
     tracker: optional(parameters);
     laser: part;
@@ -141,6 +154,9 @@ pub enum MissionCommand {
         y: f64,
         #[serde(skip_serializing_if = "Option::is_none")]
         heading: Option<f64>,
+        /// The way there, as of an order. A robot that is on a way and is given another goes on without a stop.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        way: Option<F64Array>,
     },
     /// Give up.
     Cancel,
@@ -156,6 +172,7 @@ struct CommandFields {
     x: Option<f64>,
     y: Option<f64>,
     heading: Option<f64>,
+    way: Option<F64Array>,
     revision: Option<u64>,
     end: Option<MissionEnd>,
 }
@@ -164,11 +181,13 @@ impl TryFrom<CommandFields> for MissionCommand {
     type Error = &'static str;
 
     fn try_from(fields: CommandFields) -> Result<Self, Self::Error> {
-        let CommandFields { kind, order, x, y, heading, revision, end } = fields;
+        let CommandFields { kind, order, x, y, heading, way, revision, end } = fields;
         Ok(match kind {
             CommandKind::Set => Self::Set { order: order.ok_or("`set` needs `order`")? },
             CommandKind::Goal => {
-                Self::Goal { x: x.ok_or("`goal` needs `x`")?, y: y.ok_or("`goal` needs `y`")?, heading }
+                let x = x.ok_or("`goal` needs `x`")?;
+                let y = y.ok_or("`goal` needs `y`")?;
+                Self::Goal { x, y, heading, way }
             }
             CommandKind::Cancel => Self::Cancel,
             CommandKind::Finish => Self::Finish {
@@ -181,7 +200,7 @@ impl TryFrom<CommandFields> for MissionCommand {
 
 checks! { MissionCommand {
     Set { order: |field: &str, order: &MissionOrder| part(field, order) }
-    Goal { x: number, y: number, heading: optional(within(-MAX_HEADING, MAX_HEADING)) }
+    Goal { x: number, y: number, heading: optional(within(-MAX_HEADING, MAX_HEADING)), way: optional(points) }
     Finish { end: part }
 }}
 

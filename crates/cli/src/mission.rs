@@ -66,7 +66,7 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     match request {
         MissionRequest::Goal { robot, x, y, yaw: heading, at } => {
             goal::check(x, y, heading)?;
-            command(&RobotOptions { robot, at }, &MissionCommand::Goal { x, y, heading }).await
+            command(&RobotOptions { robot, at }, &MissionCommand::Goal { x, y, heading, way: None }).await
         }
         MissionRequest::Cancel(options) => command(&options, &MissionCommand::Cancel).await,
         MissionRequest::Pause(options) => halt(&options, Halt::Pause).await,

@@ -178,6 +178,7 @@ fn order(
         goal_x: setup.goal.x,
         goal_y: setup.goal.y,
         goal_heading: setup.goal_heading,
+        way: None,
         goal_tolerance: setup.goal_tolerance,
         profile: convert::to_value(profile)?,
         localizer,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use curionav_planning::evaluation::cpc::{InformationField, InformationParams, RayField};
 use curionav_planning::evaluation::information_to_go::InformationToGoField;
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::occupancy::{CoarseFloor, GeodesicField, Obstacles, OccupancyGrid, StaticMap};
+use curionav_planning::occupancy::{CoarseFloor, GeodesicField, Obstacles, OccupancyGrid, StaticMap, Way};
 use curionav_planning::sensor::LaserModel;
 use curionav_planning::terms::{DerivedFields, InformationToGoTermParams, Task};
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
@@ -32,17 +32,20 @@ const NEAR: f64 = 8.0;
 
 struct Stock {
     maps: MapStore,
-    /// By map, and what stands on it that it does not have.
-    obstructed: SingleFlightCache<(MapId, Obstacles), StaticMap>,
-    /// By map, and the room that a robot keeps.
-    floors: SingleFlightCache<(MapId, u64), CoarseFloor>,
-    /// By map, what stands on it that it does not have, all of it and what is near, goal, and room.
-    past: SingleFlightCache<(MapId, [Obstacles; 2], [u64; 3]), GeodesicField>,
-    geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
+    /// By map, and the way that a robot is to keep to.
+    along: SingleFlightCache<(MapId, u64), StaticMap>,
+    /// By map, that way, and what stands there that the map does not have.
+    obstructed: SingleFlightCache<(MapId, u64, Obstacles), StaticMap>,
+    /// By map, the way, and the room that a robot keeps.
+    floors: SingleFlightCache<(MapId, [u64; 2]), CoarseFloor>,
+    /// By map, what stands on it that it does not have, all of it and what is near, goal, room and the way.
+    past: SingleFlightCache<(MapId, [Obstacles; 2], [u64; 4]), GeodesicField>,
+    /// By map, goal, room and the way.
+    geodesic: SingleFlightCache<(MapId, [u64; 4]), GeodesicField>,
     /// By map, what shapes the fan of rays, and parameters.
     information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
     rays: SingleFlightCache<(MapId, LaserModel, InformationParams), RayField>,
-    information_to_go: SingleFlightCache<(MapId, Task, InformationToGoTermParams), InformationToGoField>,
+    information_to_go: SingleFlightCache<(MapId, u64, Task, InformationToGoTermParams), InformationToGoField>,
 }
 
 /// Maps and everything derived from them. Clones share what is kept.
@@ -75,6 +78,7 @@ impl Fields {
     fn within(maps: MapStore, geodesic_bytes: usize) -> Self {
         let stock = Stock {
             maps,
+            along: SingleFlightCache::new(OBSTRUCTED_BYTES, StaticMap::bytes),
             obstructed: SingleFlightCache::new(OBSTRUCTED_BYTES, StaticMap::bytes),
             floors: SingleFlightCache::new(OBSTRUCTED_BYTES, CoarseFloor::bytes),
             past: SingleFlightCache::new(OBSTRUCTED_BYTES, GeodesicField::bytes),
@@ -107,7 +111,7 @@ impl Fields {
     /// The fields of one map.
     pub fn of(&self, map: MapId) -> FieldsOf<'_> {
         let none = Obstacles::default();
-        FieldsOf { fields: self, map, near: none.clone(), obstacles: none }
+        FieldsOf { fields: self, map, way: None, near: none.clone(), obstacles: none }
     }
 
     /// The fields of one map on which obstacles stand besides, for a robot that is `here`. What a laser sees stays that
@@ -118,17 +122,13 @@ impl Fields {
         obstacles: &Obstacles,
         here: Point2,
     ) -> Result<FieldsOf<'_>, Reject> {
-        let of_map = self.of(map);
-        if obstacles.is_empty() {
-            return Ok(of_map);
-        }
-        let near = obstacles.near(&of_map.mapped()?.grid, here, NEAR);
-        Ok(FieldsOf { obstacles: obstacles.clone(), near, ..of_map })
+        self.of(map).obstructed(obstacles, here)
     }
 
     /// Distances to `goal` on `map` for a robot that keeps `room` metres from walls.
     pub fn way(&self, map: &StaticMap, goal: Point2, room: f64) -> Result<Arc<GeodesicField>, Reject> {
-        let key = (MapId(map.grid.hash()), [goal.x, goal.y, room].map(f64::to_bits));
+        let [x, y, keeps] = [goal.x, goal.y, room].map(f64::to_bits);
+        let key = (MapId(map.grid.hash()), [x, y, keeps, map.way()]);
         self.derived("the way to this goal", &self.stock.geodesic, &key, || {
             GeodesicField::new(map, goal, room)
         })
@@ -137,7 +137,7 @@ impl Fields {
     /// What is kept.
     pub fn prepared(&self) -> Vec<Prepared> {
         let maps = self.stock.maps.ids().into_iter().map(|map| Prepared::Map { map });
-        let goals = self.stock.geodesic.keys().into_iter().map(|(map, [x, y, _])| Prepared::Goal {
+        let goals = self.stock.geodesic.keys().into_iter().map(|(map, [x, y, ..])| Prepared::Goal {
             map,
             x: f64::from_bits(x),
             y: f64::from_bits(y),
@@ -167,20 +167,47 @@ impl Fields {
 pub struct FieldsOf<'a> {
     fields: &'a Fields,
     map: MapId,
+    /// What the robot is to keep to.
+    way: Option<Arc<Way>>,
     obstacles: Obstacles,
     /// Those of them that are near the robot.
     near: Obstacles,
 }
 
 impl FieldsOf<'_> {
+    /// The same for a robot that is to keep to a way, if there is one.
+    #[must_use]
+    pub fn along(self, way: Option<Arc<Way>>) -> Self {
+        Self { way, ..self }
+    }
+
+    /// The same with these obstacles, for a robot that is `here`.
+    ///
+    /// # Errors
+    /// If the map is not there.
+    pub fn obstructed(self, obstacles: &Obstacles, here: Point2) -> Result<Self, Reject> {
+        if obstacles.is_empty() {
+            return Ok(self);
+        }
+        let near = obstacles.near(&self.mapped()?.grid, here, NEAR);
+        Ok(Self { obstacles: obstacles.clone(), near, ..self })
+    }
+
     /// The map without obstacles.
     fn mapped(&self) -> Result<Arc<StaticMap>, Reject> {
-        self.fields.map(self.map)
+        let map = self.fields.map(self.map)?;
+        match &self.way {
+            Some(way) => {
+                let along = &self.fields.stock.along;
+                along.get_or_try(&(self.map, way.id()), || Ok(map.along(way)))
+            }
+            None => Ok(map),
+        }
     }
 
     fn floor(&self, map: &StaticMap, room: f64) -> Result<Arc<CoarseFloor>, Reject> {
         let floors = &self.fields.stock.floors;
-        floors.get_or_try(&(self.map, room.to_bits()), || Ok(CoarseFloor::new(map, room)))
+        floors.get_or_try(&(self.map, [room.to_bits(), map.way()]), || Ok(CoarseFloor::new(map, room)))
     }
 
     /// The way past obstacles. These change: also work that cannot wait derives it, which takes little time.
@@ -188,7 +215,8 @@ impl FieldsOf<'_> {
         let floor = self.floor(map, room)?;
         let obstructed = self.map()?;
         let obstacles = [&self.obstacles, &self.near].map(Clone::clone);
-        let key = (self.map, obstacles, [goal.x, goal.y, room].map(f64::to_bits));
+        let [x, y, keeps] = [goal.x, goal.y, room].map(f64::to_bits);
+        let key = (self.map, obstacles, [x, y, keeps, map.way()]);
         let past = &self.fields.stock.past;
         past.get_or_try(&key, || Ok(floor.past(map, &obstructed, &self.obstacles, goal)))
     }
@@ -206,7 +234,7 @@ impl DerivedFields for FieldsOf<'_> {
         if self.near.is_empty() {
             return Ok(map);
         }
-        let key = (self.map, self.near.clone());
+        let key = (self.map, map.way(), self.near.clone());
         self.fields.stock.obstructed.get_or_try(&key, || Ok(map.with_obstacles(&self.near)))
     }
 
@@ -259,7 +287,7 @@ impl DerivedFields for FieldsOf<'_> {
     ) -> Result<Arc<InformationToGoField>, Reject> {
         let map = self.mapped()?;
         let seen = self.information(task.laser, &params.prediction.information)?;
-        let key = (self.map, task.clone(), *params);
+        let key = (self.map, map.way(), task.clone(), *params);
         self.fields.derived(
             "what uncertainty costs on this way",
             &self.fields.stock.information_to_go,

@@ -1,5 +1,8 @@
 //! A mission made ready to plan.
 
+use std::sync::Arc;
+
+use curionav_planning::evaluation::distance::DistanceMeasure;
 use curionav_planning::footprint::FootprintShape;
 use curionav_planning::generation;
 use curionav_planning::geometry::Point2;
@@ -26,9 +29,12 @@ impl MissionCourse {
     /// # Errors
     /// The mission asks for what does not exist or cannot be reached; the refusal names the field.
     pub fn new(mission: Mission, fields: &Fields) -> Result<Self, Reject> {
-        let fields = &fields.of(mission.order.map);
         convert::check_order(&mission.order)?;
+        let way = convert::way(&mission.order)?.map(Arc::new);
+        let is_on_way = way.is_some();
+        let fields = &fields.of(mission.order.map).along(way);
         let profile: Profile = convert::parameters("profile", &mission.order.profile)?;
+        check_follows(&profile, is_on_way)?;
         if let Some(term) = profile.terms.keys().find(|term| keys::check_id(term).is_err()) {
             return Err(Refusal::NotAName { found: term.clone() }.at("profile.terms"));
         }
@@ -42,7 +48,8 @@ impl MissionCourse {
         let course = course(profile, task, mission.order.seed, fields)?;
         let start = convert::pose(mission.order.initial_pose).position();
         check_room(&course, mission.order.goal_tolerance)?;
-        if !course.has_way(start) {
+        // A way that is given begins where the robot is by now, and not where it was at first.
+        if !is_on_way && !course.has_way(start) {
             let Point2 { x, y } = course.goal;
             return Err(Refusal::UnreachableGoal { x, y }.at("goal"));
         }
@@ -75,12 +82,22 @@ pub fn past_obstacles(
     here: Point2,
     fields: &Fields,
 ) -> Result<Course, Reject> {
-    course.past(&fields.of_obstructed(mission.order.map, obstacles, here)?)
+    let way = convert::way(&mission.order)?.map(Arc::new);
+    course.past(&fields.of(mission.order.map).along(way).obstructed(obstacles, here)?)
 }
 
 /// Radius of the largest disc in the robot's footprint, metres: with less room it fits nowhere, however it turns.
 fn least_radius(course: &Course) -> f64 {
     FootprintShape::from(&course.robot.footprint).inscribed_radius()
+}
+
+/// Refuses a planner that measures as the crow flies what it has to go: it would not keep to a way.
+fn check_follows(profile: &Profile, is_on_way: bool) -> Result<(), Reject> {
+    if is_on_way && profile.distance == DistanceMeasure::Euclid {
+        let why = "`euclid` does not keep to a way that is given; use `geodesic`";
+        return Err(Refusal::invalid(why).at("profile.distance"));
+    }
+    Ok(())
 }
 
 /// Refuses a goal near which the robot fits nowhere: with less room than the least disc of its footprint it can neither

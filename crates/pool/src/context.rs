@@ -75,9 +75,15 @@ impl PlanContext {
         active.filter(|term| !self.is_own(term)).map(str::to_owned).collect()
     }
 
+    /// Whether the arbiter generates candidates itself, without asking a pool. Questions to generators say nothing of a
+    /// way that is given, which changes each second: they would have to prepare for it anew each time.
+    pub fn generates_itself(&self) -> bool {
+        self.alone || self.mission.order.way.is_some()
+    }
+
     /// All pools that are asked: the generators', then those of the terms.
     pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
-        (!self.alone).then_some(keys::GENERATOR).into_iter().chain(self.pool_terms())
+        (!self.generates_itself()).then_some(keys::GENERATOR).into_iter().chain(self.pool_terms())
     }
 
     /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it

@@ -91,7 +91,8 @@ pub fn in_words(command: &MissionCommand) -> String {
         MissionCommand::Set { order } => {
             format!("a mission to ({:.2}, {:.2})", order.goal_x, order.goal_y)
         }
-        MissionCommand::Goal { x, y, .. } => format!("a goal at ({x:.2}, {y:.2})"),
+        MissionCommand::Goal { x, y, way: None, .. } => format!("a goal at ({x:.2}, {y:.2})"),
+        MissionCommand::Goal { x, y, .. } => format!("a way to ({x:.2}, {y:.2})"),
         MissionCommand::Cancel => "cancel".into(),
         MissionCommand::Finish { revision, .. } => format!("finish revision {revision}"),
     }

@@ -654,6 +654,8 @@ class MissionOrder(methods.MissionOrder, Record):
     """m"""
     goal_heading: Number | None = None
     """rad; absent if any will do"""
+    way: Annotated[F64, Array("f64", 1024, 2, low=2, high=1024)] | None = None
+    """[2..1024, 2] m: the way to the goal; absent if the robot may choose it"""
     goal_tolerance: Positive
     """m, positive"""
     profile: Params
@@ -729,6 +731,11 @@ class ChangeGoal(MissionCommand):
     """m"""
     heading: Number | None = None
     """rad; absent if any will do"""
+    way: Annotated[F64, Array("f64", 1024, 2, low=2, high=1024)] | None = None
+    """[2..1024, 2] m: the way there.
+
+    A robot that is on a way goes on meanwhile
+    """
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

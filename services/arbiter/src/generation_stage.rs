@@ -36,13 +36,15 @@ pub(crate) async fn generate<P: Peers>(
     trees.resize(profile.trees as usize, None);
     let shape = Shape { steps: profile.steps, dt: profile.dt };
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
-    let asked =
-        trees.iter().enumerate().map(|(index, tree)| {
-            let question = context.generate_question(id, scene_message, index, tree.as_ref(), &previous);
-            async move {
-                dispatch::generate(pool, &context.mission.order.robot, &question, index, shape, stage).await
+    let asked = trees.iter().enumerate().map(|(index, tree)| {
+        let question = context.generate_question(id, scene_message, index, tree.as_ref(), &previous);
+        async move {
+            if context.generates_itself() {
+                return None;
             }
-        });
+            dispatch::generate(pool, &context.mission.order.robot, &question, index, shape, stage).await
+        }
+    });
     let answers = join_all(asked).await;
     let mut sets = Vec::new();
     let mut is_local = false;
@@ -51,8 +53,9 @@ pub(crate) async fn generate<P: Peers>(
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.course.generate(scene, index, tree.clone(), &previous, &spent);
-            let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
-            is_local = !context.alone;
+            let computes = context.in_process || context.generates_itself();
+            let (generated, cut) = computes.then(|| peers.compute(here))?;
+            is_local = !context.generates_itself();
             Some(Grown { generated, cut })
         });
         let Some(Grown { generated, cut }) = answer else { continue };

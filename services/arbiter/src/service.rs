@@ -48,6 +48,8 @@ struct Arbiter {
     memories: OnDemand<wire::Memory>,
     context: Option<Arc<PlanContext>>,
     memory: Memory,
+    /// The run in which the robot was last given a way.
+    follows: Option<u64>,
     /// Tick of the last decision.
     planned: Option<u64>,
     /// How far a robot that does not know where it is has looked around.
@@ -89,6 +91,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             service,
             context: None,
             memory: Memory::new(epoch()),
+            follows: None,
             planned: None,
             localising: Localising::default(),
             heard: None,
@@ -122,8 +125,13 @@ impl MissionFollower for Arbiter {
         self.heard = Some(Instant::now());
         // Until it has ended it could still call a replica ready.
         self.keeping_ready.shutdown().await;
-        self.pool.clear();
-        self.memory = self.memory.fresh();
+        // Evaluators are asked nothing about a way: they stay ready, and the robot drives on without waiting for them.
+        let goes_on = self.goes_on(mission);
+        if !goes_on {
+            self.pool.clear();
+            self.memory = self.memory.fresh();
+        }
+        self.follows = mission.order.way.as_ref().map(|_| mission.run);
         self.sensing.watch.follow(convert::parameters("tracker", &mission.order.tracker_parameters())?);
         let fields = self.fields.clone();
         let mission = mission.clone();
@@ -142,7 +150,9 @@ impl MissionFollower for Arbiter {
         let pool = Arc::clone(&self.pool);
         let of = Arc::clone(&context);
         self.keeping_ready.spawn(async move { pool.keep_ready(&of).await });
-        await_pool(&self.pool, &context).await?;
+        if !goes_on {
+            await_pool(&self.pool, &context).await?;
+        }
         self.context = Some(context);
         Ok(())
     }
@@ -223,6 +233,11 @@ impl MissionFollower for Arbiter {
 }
 
 impl Arbiter {
+    /// Whether a mission leads a robot that is on a way along another one: what has been decided is still of use then.
+    fn goes_on(&self, mission: &Mission) -> bool {
+        mission.order.way.is_some() && self.follows == Some(mission.run)
+    }
+
     /// The mission with what is known of obstacles now, for a robot that is `here`.
     fn obstructed(&self, here: Point2) -> Option<Arc<PlanContext>> {
         let base = self.context.as_ref()?;

@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn what_was_said_last_takes_the_place_of_what_waits() {
-        let goal = |x| MissionCommand::Goal { x, y: 0.0, heading: None };
+        let goal = |x| MissionCommand::Goal { x, y: 0.0, heading: None, way: None };
         let finish = MissionCommand::Finish { revision: 3, end: MissionEnd::Reached };
         let mut waiting = Waiting::new();
         let said = [goal(1.0), finish.clone(), goal(2.0), goal(3.0), finish];

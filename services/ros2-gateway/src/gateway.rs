@@ -228,7 +228,7 @@ impl Gateway {
             return self.order_anew(destination);
         }
         let (Point2 { x, y }, heading) = destination;
-        let number = self.parts.driver_client.send(MissionCommand::Goal { x, y, heading });
+        let number = self.parts.driver_client.send(MissionCommand::Goal { x, y, heading, way: None });
         self.destination = Some(destination);
         self.journey.asked_to_go(number, true);
         Ok(())

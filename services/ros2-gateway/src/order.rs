@@ -153,6 +153,7 @@ impl Orders {
             goal_x: goal.x,
             goal_y: goal.y,
             goal_heading: heading,
+            way: None,
             goal_tolerance: self.config.mission.goal_tolerance,
             profile: self.profile.clone(),
             localizer: self.localizer.clone(),

@@ -7,7 +7,7 @@ use crate::faults::corridor_map::START;
 
 /// What becomes of the goal at this place.
 async fn end_of(bench: &TestBench, (x, y): (f64, f64)) -> Mission {
-    let asked = bench.request(MissionCommand::Goal { x, y, heading: None }).await;
+    let asked = bench.request(MissionCommand::Goal { x, y, heading: None, way: None }).await;
     let settled =
         |mission: &Mission| mission.revision == asked.revision && mission.state != MissionState::Preparing;
     bench.mission_that(settled).await

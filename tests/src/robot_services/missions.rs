@@ -31,7 +31,8 @@ async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
     let begun = bench.set_mission(&["arbiter", "driver", "localizer"]).await;
     bench.runs().await;
     for goal in [10.0, 20.0] {
-        let given = bench.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
+        let given =
+            bench.request(MissionCommand::Goal { x: goal, y: START.y, heading: None, way: None }).await;
         assert_eq!((given.run, given.state), (begun.run, MissionState::Preparing));
         let mission = bench.runs().await;
         assert_eq!((mission.revision, mission.order.goal_x), (given.revision, goal));
@@ -60,7 +61,7 @@ async fn an_arbiter_that_waits_hears_of_other_missions() {
     bench.host_map();
     bench.set_mission(&["arbiter"]).await;
     // Outside the corridor.
-    bench.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
+    bench.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None, way: None }).await;
     let refused = bench.mission_that(|mission| mission.state == MissionState::Finished).await;
     let unreachable = |reject: &Reject| matches!(reject.why, Refusal::UnreachableGoal { x: 100.0, .. });
     assert_eq!(refused.revision, 2);

@@ -178,7 +178,9 @@ impl Robot {
         };
         let Point2 { x, y } = self.goals[arrived % self.goals.len()];
         let robot = Arc::clone(self);
-        tokio::spawn(async move { robot.request(&MissionCommand::Goal { x, y, heading: None }).await });
+        tokio::spawn(
+            async move { robot.request(&MissionCommand::Goal { x, y, heading: None, way: None }).await },
+        );
     }
 
     /// Tick after tick, the first after `phase`, until `end`.

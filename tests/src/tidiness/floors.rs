@@ -169,13 +169,7 @@ fn only_those_who_make_or_judge_the_truth_can_see_it() {
         crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
     assert_eq!(
         seers,
-        [
-            "crates/deployment",
-            "crates/in-process",
-            "crates/lab",
-                "services/simulator",
-            "tests"
-        ]
+        ["crates/deployment", "crates/in-process", "crates/lab", "services/simulator", "tests"]
     );
 }
 

@@ -1,5 +1,7 @@
 //! Parameter tables: typed structs on either side, a self-describing map on the wire.
 
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::{Way, WayError};
 use curionav_planning::parameters::{FieldError, Ranged, read_table};
 use curionav_schemas::{MissionOrder, Refusal, Reject, Value};
 use serde::Serialize;
@@ -52,7 +54,16 @@ pub fn check_order(order: &MissionOrder) -> Result<(), Reject> {
     checked("robot_model", super::robot_model(&order.robot_model))?;
     checked("laser", super::laser(&order.laser))?;
     checked("odometry_noise", super::noise(&order.odometry_noise))?;
+    way(order)?;
     Ok(())
+}
+
+/// The way that an order gives, if it does.
+pub fn way(order: &MissionOrder) -> Result<Option<Way>, Reject> {
+    let Some(numbers) = &order.way else { return Ok(None) };
+    let points = numbers.chunks_exact(2).map(|point| Point2::new(point[0], point[1]));
+    let way = Way::new(points.collect()).map_err(|error: WayError| Refusal::invalid(error).at("way"))?;
+    Ok(Some(way))
 }
 
 #[cfg(test)]

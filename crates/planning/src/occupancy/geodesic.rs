@@ -201,7 +201,7 @@ fn slowness(map: &StaticMap, radius: f64, columns: Range<usize>, rows: Range<usi
         if !grid.is_drivable(i) {
             return f32::INFINITY;
         }
-        (factor(clearance.cell(i) - radius) * grid.resolution()) as f32
+        (factor(clearance.cell(i) - radius) * map.way_factor(i) * grid.resolution()) as f32
     };
     let stride = columns.len() + 2;
     let mut cells = vec![f32::INFINITY; stride * (rows.len() + 2)];

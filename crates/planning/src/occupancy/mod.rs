@@ -10,6 +10,7 @@ mod obstacles;
 mod ray_cast;
 mod static_map;
 mod survey;
+mod way;
 mod zones;
 
 pub use distance_transform::DistanceField;
@@ -24,4 +25,5 @@ pub use obstacles::Obstacles;
 pub use ray_cast::{Hit, RayCaster};
 pub use static_map::StaticMap;
 pub use survey::MapSurvey;
+pub use way::{OffWay, Way, WayError};
 pub use zones::{MaskError, SpeedScale};

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::geometry::Point2;
+use crate::occupancy::way::{OffWay, Way};
 use crate::occupancy::{DistanceField, Obstacles, OccupancyGrid};
 use crate::workers::{Alone, Workers};
 
@@ -29,6 +30,8 @@ pub struct StaticMap {
     pub to_obstacle: Arc<DistanceField>,
     /// Distance to what a laser beam ends on: occupied cells.
     pub to_occupied: Arc<DistanceField>,
+    /// What leaving the way costs that the robot is to keep to; none if it may choose its way.
+    pub off_way: Option<OffWay>,
 }
 
 impl StaticMap {
@@ -38,6 +41,7 @@ impl StaticMap {
             + self.grid.limits().len()
             + self.to_obstacle.bytes()
             + self.to_occupied.bytes()
+            + self.off_way.as_ref().map_or(0, OffWay::bytes)
     }
 
     /// The map with these cells as well to keep clear of. Its grid stays: what beams end on, the map says.
@@ -48,6 +52,22 @@ impl StaticMap {
         let places = obstacles.places(&self.grid);
         let cells: Vec<usize> = places.map(|(column, row)| self.grid.index(column, row)).collect();
         Self { to_obstacle: Arc::new(self.to_obstacle.with_targets(&cells)), ..self.clone() }
+    }
+
+    /// The map for a robot that is to keep to a way.
+    #[must_use]
+    pub fn along(&self, way: &Way) -> Self {
+        Self { off_way: Some(way.on(&self.grid)), ..self.clone() }
+    }
+
+    /// The number of the way that the robot is to keep to; 0 without one.
+    pub fn way(&self) -> u64 {
+        self.off_way.as_ref().map_or(0, |off| off.id)
+    }
+
+    /// What a metre in a cell counts as because of that way.
+    pub(super) fn way_factor(&self, index: usize) -> f64 {
+        self.off_way.as_ref().map_or(1.0, |off| off.factor(index))
     }
 
     /// The map without its zones: what is really there.
@@ -86,7 +106,7 @@ impl StaticMap {
         ]);
         let to_obstacle = Arc::new(to_obstacle.unwrap_or_else(|| DistanceField::to_obstacle(&grid)));
         let to_occupied = Arc::new(to_occupied.unwrap_or_else(|| DistanceField::to_occupied(&grid)));
-        Self { grid: Arc::new(grid), to_obstacle, to_occupied }
+        Self { grid: Arc::new(grid), to_obstacle, to_occupied, off_way: None }
     }
 }
 

@@ -68,13 +68,18 @@ impl CurrentMission {
                 self.base.check_order(&order)?;
                 self.set(*order);
             }
-            MissionCommand::Goal { x, y, heading } => {
+            MissionCommand::Goal { x, y, heading, way } => {
                 let mission = self.current()?;
+                // A planner outside gives a new way each second: the robot goes on along the one before meanwhile.
+                let goes_on = mission.order.way.is_some() && way.is_some() && !is_over(mission);
                 mission.revision += 1;
+                mission.order.way = way;
                 mission.order.goal_x = x;
                 mission.order.goal_y = y;
                 mission.order.goal_heading = heading;
-                mission.state = MissionState::Preparing;
+                if !goes_on {
+                    mission.state = MissionState::Preparing;
+                }
                 mission.end = None;
                 mission.ready.clear();
             }
@@ -177,11 +182,30 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_on_a_way_goes_on_while_it_prepares_for_another() {
+        let along = |x: f64| MissionCommand::Goal {
+            x,
+            y: 0.0,
+            heading: None,
+            way: Some(vec![0.0, 0.0, x, 0.0].into()),
+        };
+        let mut current = current();
+        both_ready(&mut current, 1);
+        assert_eq!(current.command(along(3.0)).unwrap().state, MissionState::Preparing, "it was on no way");
+        both_ready(&mut current, 2);
+        let mission = current.command(along(4.0)).unwrap();
+        assert_eq!((mission.revision, mission.state, mission.ready.len()), (3, MissionState::Running, 0));
+        let elsewhere = MissionCommand::Goal { x: 1.0, y: 1.0, heading: None, way: None };
+        assert_eq!(current.command(elsewhere).unwrap().state, MissionState::Preparing);
+    }
+
+    #[test]
     fn a_new_goal_is_a_new_revision_to_prepare_for() {
         let mut current = current();
         current.readiness(ready("arbiter", 1)).unwrap();
         current.readiness(ready("localizer", 1)).unwrap();
-        let mission = current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        let mission =
+            current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None, way: None }).unwrap();
         assert_eq!((mission.revision, mission.state, mission.ready.len()), (2, MissionState::Preparing, 0));
     }
 
@@ -210,7 +234,7 @@ mod tests {
             both_ready(&mut current, 1);
             pause_at(2, &mut current);
             assert_eq!(current.mission().unwrap().state, MissionState::Paused, "paused at {paused_at}");
-            current.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
+            current.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None, way: None }).unwrap();
             assert_eq!(both_ready(&mut current, 2), MissionState::Paused, "a new goal");
             current.command(MissionCommand::Cancel).unwrap();
             current.command(set).unwrap();
@@ -251,7 +275,8 @@ mod tests {
         let end = MissionEnd::Unprepared { role, instance, reject: refused };
         assert_eq!((mission.state, mission.end), (MissionState::Finished, Some(end)));
         assert_eq!(current.command(MissionCommand::Cancel).unwrap_err().why, Refusal::AlreadyFinished);
-        let anew = current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        let anew =
+            current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None, way: None }).unwrap();
         assert_eq!((anew.state, anew.end), (MissionState::Preparing, None));
     }
 

@@ -47,7 +47,16 @@ pub fn all() -> Vec<Golden> {
         golden("mission", &mission()),
         golden("mission.refused", &refused_mission()),
         golden("mission_command", &MissionCommand::Set { order: Box::new(mission().order) }),
-        golden("mission_command.goal", &MissionCommand::Goal { x: -1.5, y: 2.25, heading: None }),
+        golden("mission_command.goal", &MissionCommand::Goal { x: -1.5, y: 2.25, heading: None, way: None }),
+        golden(
+            "mission_command.goal_along",
+            &MissionCommand::Goal {
+                x: 3.0,
+                y: 2.0,
+                heading: Some(0.5),
+                way: Some(vec![0.0, 0.0, 1.5, 1.0, 3.0, 2.0].into()),
+            },
+        ),
         golden("mission_command.cancel", &MissionCommand::Cancel),
         golden("mission_command.finish", &MissionCommand::Finish { revision: 3, end: MissionEnd::Reached }),
         golden("readiness", &readiness()),

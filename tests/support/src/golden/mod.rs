@@ -197,6 +197,7 @@ pub fn mission() -> Mission {
         goal_x: 8.0,
         goal_y: 6.5,
         goal_heading: Some(1.57),
+        way: None,
         goal_tolerance: 0.3,
         profile: parameters(&[
             ("name", "paper".into()),

@@ -39,7 +39,9 @@ impl CoarseFloor {
         let mut floor = Self { cells: Joined::new(map.grid.joined(side)), side, radius };
         for row in 0..floor.cells.grid.height() {
             for column in 0..floor.cells.grid.width() {
-                floor.set((column, row), map, |cell| factor(map.to_obstacle.cell(cell) - radius));
+                floor.set((column, row), map, |cell| {
+                    factor(map.to_obstacle.cell(cell) - radius) * map.way_factor(cell)
+                });
             }
         }
         floor
@@ -83,7 +85,11 @@ impl CoarseFloor {
         let radius = self.radius;
         let factor_of = |cell: usize| {
             let room = obstructed.to_obstacle.cell(cell) - radius;
-            if closed[cell] || room < IMPASSABLE { CLOSED_SLOWNESS } else { factor(room) }
+            if closed[cell] || room < IMPASSABLE {
+                CLOSED_SLOWNESS
+            } else {
+                factor(room) * map.way_factor(cell)
+            }
         };
         let width = joined.width();
         for index in (0..changed.len()).filter(|index| changed[*index]) {
