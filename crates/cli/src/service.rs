@@ -26,7 +26,7 @@ pub(crate) enum ServiceCommand {
     Driver(ServiceOptions),
     /// Run the simulator: world, people, laser and base.
     Simulator(ServiceOptions),
-    /// Run the gateway to a ROS 2 robot: it acts as the robot's base and serves NavigateToPose there (docs/ros2.md).
+    /// Run the gateway to a ROS 2 robot: it acts as the robot's base and serves Nav2's actions there (docs/ros2.md).
     Ros2Gateway(ServiceOptions),
 }
 

@@ -199,6 +199,7 @@ pub const TABLE: &[Row] = &[
         "the gateway to a robot of ROS 2, which plays its base and sends it about",
         &[
             may(Verb::Put, OF_SENSORS),
+            may(Verb::Put, &["robot/{robot}/belief"]),
             may(
                 Verb::Subscribe,
                 &[

@@ -2,7 +2,8 @@
 
 use curionav_ros2::interface::Distribution;
 
-use crate::config::Topics;
+use crate::config::Ros2Config;
+use crate::topics::Topics;
 
 /// An action of Nav2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +14,8 @@ pub(crate) enum ActionKind {
     NavigateThroughPoses,
     /// To waypoints, with a stop at each.
     FollowWaypoints,
+    /// Along a path that a planner of Nav2 has found: what a controller of Nav2 does.
+    FollowPath,
     /// A path to a pose, which is not driven.
     ComputePathToPose,
     /// A path through poses, which is not driven.
@@ -41,16 +44,21 @@ pub(crate) enum Failure {
 }
 
 impl ActionKind {
-    /// Those that a robot of this distribution is offered: in humble the others have other types.
-    pub(crate) fn of(distribution: Distribution) -> &'static [Self] {
-        const ALL: [ActionKind; 5] = [
+    /// Those that a robot is offered. In humble all but the first have other types.
+    pub(crate) fn of(config: &Ros2Config) -> &'static [Self] {
+        const ALL: [ActionKind; 6] = [
             ActionKind::NavigateToPose,
             ActionKind::NavigateThroughPoses,
             ActionKind::FollowWaypoints,
+            ActionKind::FollowPath,
             ActionKind::ComputePathToPose,
             ActionKind::ComputePathThroughPoses,
         ];
-        if distribution == Distribution::Humble { &ALL[..1] } else { &ALL }
+        match config.distribution() {
+            _ if config.is_controller() => &[ActionKind::FollowPath],
+            Distribution::Humble => &ALL[..1],
+            _ => &ALL,
+        }
     }
 
     /// Its name in the configuration.
@@ -59,6 +67,7 @@ impl ActionKind {
             Self::NavigateToPose => &topics.navigate_to_pose,
             Self::NavigateThroughPoses => &topics.navigate_through_poses,
             Self::FollowWaypoints => &topics.follow_waypoints,
+            Self::FollowPath => &topics.follow_path,
             Self::ComputePathToPose => &topics.compute_path_to_pose,
             Self::ComputePathThroughPoses => &topics.compute_path_through_poses,
         }
@@ -75,6 +84,7 @@ impl ActionKind {
             Self::NavigateToPose => (9000, 200),
             Self::NavigateThroughPoses => (9100, 300),
             Self::FollowWaypoints => return if failure == Failure::NoPoses { 602 } else { 600 },
+            Self::FollowPath => return controller_error(failure),
             Self::ComputePathToPose => (200, 200),
             Self::ComputePathThroughPoses => (300, 300),
         };
@@ -89,5 +99,16 @@ impl ActionKind {
             Failure::NoPoses if self == Self::ComputePathThroughPoses => planner + 9,
             Failure::NoPoses => own,
         }
+    }
+}
+
+/// Nav2's number for why a path is not followed.
+fn controller_error(failure: Failure) -> u16 {
+    match failure {
+        Failure::Unknown => 100,
+        Failure::Transform => 102,
+        Failure::StartOutside | Failure::GoalOutside | Failure::StartOccupied | Failure::NoPoses => 103,
+        Failure::GoalOccupied => 105,
+        Failure::NoPath => 106,
     }
 }

@@ -9,6 +9,7 @@ use curionav_ros2::qos::Qos;
 use crate::action_kind::ActionKind;
 use crate::config::{Frames, Ros2Config};
 use crate::drawing::{self, header};
+use crate::given_path::Beside;
 use crate::goals::{Goal, Goals, Task};
 use crate::node::{Node, Outlet, Request};
 use crate::tour::{Place, PlaceEnd, Tour};
@@ -22,6 +23,10 @@ pub(crate) struct Progress {
     pub(crate) distance: f64,
     /// How long that will take, seconds.
     pub(crate) remaining: f64,
+    /// How fast it is, m/s.
+    pub(crate) speed: f64,
+    /// Where it is beside the path that it follows, if one is given.
+    pub(crate) beside: Option<Beside>,
     /// The robot's time.
     pub(crate) now: ros::Time,
 }
@@ -33,6 +38,8 @@ enum Feedback {
     Through(Outlet<FeedbackMessage<ros::GoingThrough>>),
     ThroughLyrical(Outlet<FeedbackMessage<ros::GoingThroughLyrical>>),
     Waypoints(Outlet<FeedbackMessage<ros::FollowingWaypoints>>),
+    Path(Outlet<FeedbackMessage<ros::FollowingPath>>),
+    PathLyrical(Outlet<FeedbackMessage<ros::FollowingPathLyrical>>),
     /// Nav2 says nothing on these, but a client looks whether there is such a topic.
     PathTo(
         #[expect(dead_code, reason = "it is there to be found")] Outlet<FeedbackMessage<ros::PathToFeedback>>,
@@ -57,6 +64,8 @@ impl Feedback {
             }
             (ActionKind::NavigateThroughPoses, _) => Self::Through(node.outlet(topic, Qos::DEFAULT)?),
             (ActionKind::FollowWaypoints, _) => Self::Waypoints(node.outlet(topic, Qos::DEFAULT)?),
+            (ActionKind::FollowPath, Lyrical) => Self::PathLyrical(node.outlet(topic, Qos::DEFAULT)?),
+            (ActionKind::FollowPath, _) => Self::Path(node.outlet(topic, Qos::DEFAULT)?),
             (ActionKind::ComputePathToPose, _) => Self::PathTo(node.outlet(topic, Qos::DEFAULT)?),
             (ActionKind::ComputePathThroughPoses, _) => Self::PathThrough(node.outlet(topic, Qos::DEFAULT)?),
         })
@@ -85,7 +94,7 @@ impl ActionPublishers {
     pub(crate) fn new(node: &Node, config: &Ros2Config) -> anyhow::Result<Self> {
         let distribution = config.distribution();
         let mut actions = Vec::new();
-        for kind in ActionKind::of(distribution).iter().copied() {
+        for kind in ActionKind::of(config).iter().copied() {
             let name = kind.name(&config.topics);
             let feedback = Feedback::new(node, kind, &format!("{name}/_action/feedback"), distribution)?;
             let status = node.outlet(&format!("{name}/_action/status"), Qos::LATCHED)?;
@@ -132,12 +141,20 @@ impl ActionPublishers {
                 let feedback = ros::FollowingWaypoints { current_waypoint: tour.at() as u32 };
                 outlet.put(&FeedbackMessage { goal_id: id, feedback });
             }
+            Feedback::Path(outlet) => {
+                let distance_to_goal = progress.distance as f32;
+                let feedback = ros::FollowingPath { distance_to_goal, speed: progress.speed as f32 };
+                outlet.put(&FeedbackMessage { goal_id: id, feedback });
+            }
+            Feedback::PathLyrical(outlet) => {
+                outlet.put(&FeedbackMessage { goal_id: id, feedback: self.beside(goal, progress) });
+            }
             Feedback::PathTo(_) | Feedback::PathThrough(_) => {}
         }
     }
 
     fn to_pose(&self, goal: &Goal, progress: &Progress) -> ros::NavigationFeedback {
-        let Progress { at, distance, remaining, now } = *progress;
+        let Progress { at, distance, remaining, now, .. } = *progress;
         ros::NavigationFeedback {
             goal_id: goal.id,
             current_pose: ros::PoseStamped { header: header(now, &self.frames.map), pose: drawing::pose(at) },
@@ -157,6 +174,21 @@ impl ActionPublishers {
             number_of_recoveries: 0,
             distance_remaining: of_one.distance_remaining,
             number_of_poses_remaining: tour.remaining() as i16,
+        }
+    }
+
+    fn beside(&self, goal: &Goal, progress: &Progress) -> ros::FollowingPathLyrical {
+        let beside = progress.beside;
+        let distance = progress.distance as f32;
+        ros::FollowingPathLyrical {
+            header: header(progress.now, &self.frames.map),
+            position_tracking_error: beside.map_or(0.0, |beside| beside.left as f32),
+            heading_tracking_error: beside.map_or(0.0, |beside| beside.turned_right as f32),
+            current_path_index: beside.map_or(0, |beside| beside.index as u32),
+            robot_pose: self.to_pose(goal, progress).current_pose,
+            distance_to_goal: distance,
+            speed: progress.speed as f32,
+            remaining_path_length: distance,
         }
     }
 
@@ -196,6 +228,10 @@ impl ActionPublishers {
             }
             ActionKind::FollowWaypoints => {
                 let result = ros::FollowedWaypoints { missed_waypoints: missed(tour), error_code, error_msg };
+                asked.reply(&ros::GetResultResponse { status, result });
+            }
+            ActionKind::FollowPath => {
+                let result = ros::FollowedPath { result: ros::Nothing::default(), error_code, error_msg };
                 asked.reply(&ros::GetResultResponse { status, result });
             }
             ActionKind::ComputePathToPose => {

@@ -10,6 +10,7 @@ use tokio::task::JoinSet;
 use crate::action_kind::ActionKind;
 use crate::config::Ros2Config;
 use crate::node::{Node, Request, Serving};
+use crate::parameters::Question;
 
 /// Calls that wait to be answered; each service has more that wait for a place here.
 const WAITING: usize = 16;
@@ -17,6 +18,7 @@ const WAITING: usize = 16;
 /// Nodes of Nav2 that the gateway stands for: whether they are at work is asked by the services below their names.
 const LOCALIZER: &str = "amcl";
 const NAVIGATOR: &str = "bt_navigator";
+const CONTROLLER: &str = "controller_server";
 
 /// What a client wants.
 pub(crate) enum Call {
@@ -30,6 +32,8 @@ pub(crate) enum Call {
     LocalizerState,
     /// Would a goal be taken?
     NavigatorState,
+    /// Something about the gateway's parameters.
+    Parameters(Question),
 }
 
 /// A goal of an action.
@@ -53,6 +57,8 @@ pub(crate) enum Wish {
         /// How often to begin again after the last.
         rounds: u32,
     },
+    /// To follow a path.
+    Follow(ros::Path),
     /// To find a path through poses.
     Plan {
         /// One after the other.
@@ -77,12 +83,17 @@ impl Calls {
     pub(crate) fn new(node: &Node, config: &Ros2Config) -> anyhow::Result<Self> {
         let (sender, received) = mpsc::channel(WAITING);
         let mut calls = Self { received, tasks: JoinSet::new(), sender };
-        for kind in ActionKind::of(config.distribution()) {
+        for kind in ActionKind::of(config) {
             let of = OfAction { node, kind: *kind, name: kind.name(&config.topics) };
             calls.action(&of, config.distribution())?;
         }
-        calls.state(node, LOCALIZER, || Call::LocalizerState)?;
-        calls.state(node, NAVIGATOR, || Call::NavigatorState)?;
+        if config.is_controller() {
+            calls.state(node, CONTROLLER, || Call::NavigatorState)?;
+        } else {
+            calls.state(node, LOCALIZER, || Call::LocalizerState)?;
+            calls.state(node, NAVIGATOR, || Call::NavigatorState)?;
+        }
+        calls.parameters(node, &config.node)?;
         Ok(calls)
     }
 
@@ -108,6 +119,13 @@ impl Calls {
             }
             (ActionKind::FollowWaypoints, _) => {
                 self.parts::<ros::Waypoints, ros::FollowedWaypoints>(of, waypoints)
+            }
+            (ActionKind::FollowPath, Lyrical) => self
+                .parts::<ros::PathToFollowLyrical, ros::FollowedPath>(of, |goal| {
+                    Wish::Follow(goal.earlier.path)
+                }),
+            (ActionKind::FollowPath, _) => {
+                self.parts::<ros::PathToFollow, ros::FollowedPath>(of, |goal| Wish::Follow(goal.path))
             }
             (ActionKind::ComputePathToPose, Lyrical) => {
                 self.parts::<ros::PathToLyrical, ros::PathFound>(of, |mut goal| {
@@ -165,6 +183,33 @@ impl Calls {
         let most = ros::GetStateRequest::MAX_BYTES;
         let service = format!("{name}/get_state");
         self.serve(node.serving(&service, &ros::GetStateRequest::INTERFACE, most, Box::new(decode))?);
+        Ok(())
+    }
+
+    fn parameters(&mut self, node: &Node, name: &str) -> anyhow::Result<()> {
+        self.ask(node, &format!("{name}/list_parameters"), Question::List)?;
+        self.ask(node, &format!("{name}/get_parameters"), Question::Get)?;
+        self.ask(node, &format!("{name}/get_parameter_types"), Question::Types)?;
+        self.ask(node, &format!("{name}/describe_parameters"), Question::Describe)?;
+        self.ask(node, &format!("{name}/set_parameters"), |request: ros::SetParametersRequest| {
+            Question::Set(request.parameters.len())
+        })?;
+        self.ask(
+            node,
+            &format!("{name}/set_parameters_atomically"),
+            |_: ros::SetParametersAtomicallyRequest| Question::SetAtomically,
+        )
+    }
+
+    fn ask<Q: Message + 'static>(
+        &mut self,
+        node: &Node,
+        service: &str,
+        question: fn(Q) -> Question,
+    ) -> anyhow::Result<()> {
+        let decode =
+            move |payload: &[u8]| Q::decode(payload).map(|request| Call::Parameters(question(request)));
+        self.serve(node.serving(service, &Q::INTERFACE, Q::MAX_BYTES, Box::new(decode))?);
         Ok(())
     }
 

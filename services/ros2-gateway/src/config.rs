@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, ensure};
 use curionav_localization::LocalizerParams;
 use curionav_planning::motion::OdometryNoise;
-use curionav_planning::parameters::{FieldError, Range, Ranged, read_table};
+use curionav_planning::parameters::{FieldError, Range, read_table};
 use curionav_planning::profile::Profile;
 use curionav_ros2::dialect::{Dialect, RmwZenoh, Ros2Dds};
 use curionav_ros2::interface::Distribution;
@@ -16,6 +16,7 @@ use curionav_tracking_people::TrackerParams;
 use serde::{Deserialize, Serialize};
 
 use crate::sensor_config::SensorConfig;
+use crate::topics::{NAME, Topics};
 
 /// How ROS 2 is on Zenoh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +44,16 @@ curionav_planning::parameters! {
 }
 
 curionav_planning::parameters! {
+    /// What of Nav2 the gateway takes the place of.
+    pub enum Mode {
+        /// Of all of it: the gateway is given goals, and curionav localises the robot.
+        Navigator,
+        /// Of `controller_server` alone: the gateway is given paths, and the robot's own localisation is used.
+        Controller,
+    }
+}
+
+curionav_planning::parameters! {
     /// Who says where people are.
     pub enum PeopleSource {
         /// `curionav tracker`, which finds them in the laser's scans.
@@ -51,59 +62,6 @@ curionav_planning::parameters! {
         Topic,
     }
 }
-
-curionav_planning::parameters! {
-    /// Names of topics. One that does not begin with a slash lies within the namespace.
-    pub struct Topics {
-        /// The laser (`sensor_msgs/LaserScan`).
-        pub scan: String [name, NAME] = "scan".to_owned(),
-        /// Dead reckoning (`nav_msgs/Odometry`); each message is one tick.
-        pub odom: String [name, NAME] = "odom".to_owned(),
-        /// Moving frames (`tf2_msgs/TFMessage`).
-        pub tf: String [name, NAME] = "tf".to_owned(),
-        /// Frames that stay where they are.
-        pub tf_static: String [name, NAME] = "tf_static".to_owned(),
-        /// The map (`nav_msgs/OccupancyGrid`, transient local).
-        pub map: String [name, NAME] = "map".to_owned(),
-        /// People (`people_msgs/People`).
-        pub people: String [name, NAME] = "people".to_owned(),
-        /// Where to go (`geometry_msgs/PoseStamped`), as rviz sends it.
-        pub goal_pose: String [name, NAME] = "goal_pose".to_owned(),
-        /// Where the robot is (`geometry_msgs/PoseWithCovarianceStamped`), as rviz sends it.
-        pub initialpose: String [name, NAME] = "initialpose".to_owned(),
-        /// The action for one goal (`nav2_msgs/NavigateToPose`).
-        pub navigate_to_pose: String [name, NAME] = "navigate_to_pose".to_owned(),
-        /// The action for a way through poses (`nav2_msgs/NavigateThroughPoses`).
-        pub navigate_through_poses: String [name, NAME] = "navigate_through_poses".to_owned(),
-        /// The action for a tour with a stop at each waypoint (`nav2_msgs/FollowWaypoints`).
-        pub follow_waypoints: String [name, NAME] = "follow_waypoints".to_owned(),
-        /// The action for a path that is not driven (`nav2_msgs/ComputePathToPose`).
-        pub compute_path_to_pose: String [name, NAME] = "compute_path_to_pose".to_owned(),
-        /// The same through poses (`nav2_msgs/ComputePathThroughPoses`).
-        pub compute_path_through_poses: String [name, NAME] = "compute_path_through_poses".to_owned(),
-        /// Velocities for the base.
-        pub cmd_vel: String [name, NAME] = "cmd_vel".to_owned(),
-        /// Where the robot believes it is (`geometry_msgs/PoseWithCovarianceStamped`).
-        pub amcl_pose: String [name, NAME] = "amcl_pose".to_owned(),
-        /// What it will drive (`nav_msgs/Path`, transient local).
-        pub plan: String [name, NAME] = "plan".to_owned(),
-        /// What it could drive (`visualization_msgs/MarkerArray`), while something subscribes.
-        pub candidates: String [name, NAME] = "curionav/candidates".to_owned(),
-        /// Where it sees people and crowds (`visualization_msgs/MarkerArray`), while something subscribes.
-        pub crowd: String [name, NAME] = "curionav/crowd".to_owned(),
-        /// Service that pauses the robot (`std_srvs/srv/Trigger`).
-        pub stop: String [name, NAME] = "curionav/stop".to_owned(),
-        /// Service that lets a paused robot go on (`std_srvs/srv/Trigger`).
-        pub resume: String [name, NAME] = "curionav/resume".to_owned(),
-        /// How it is (`diagnostic_msgs/DiagnosticArray`).
-        pub diagnostics: String [name, NAME] = "/diagnostics".to_owned(),
-        /// The time of a simulation (`rosgraph_msgs/Clock`), with `use_sim_time`.
-        pub clock: String [name, NAME] = "/clock".to_owned(),
-    }
-}
-
-/// What mends an empty name.
-const NAME: &str = "give a name, or leave the field out";
 
 curionav_planning::parameters! {
     /// Names of frames. What is said in any other frame is used only if transforms lead to one of these.
@@ -171,6 +129,8 @@ curionav_planning::parameters! {
         pub endpoint: String [name, "give tcp/HOST:PORT"] = "tcp/127.0.0.1:7447".to_owned(),
         /// A Zenoh configuration file for the session with that router, to which `endpoint` is added.
         pub zenoh_config: Option<PathBuf> = None,
+        /// What of Nav2 the gateway takes the place of.
+        pub mode: Mode [words] = Mode::Navigator,
         /// How ROS 2 is on Zenoh there: `rmw_zenoh` or `ros2dds`.
         pub dialect: DialectName = DialectName::RmwZenoh,
         /// The distribution that the robot runs.
@@ -246,9 +206,27 @@ impl Ros2Config {
         Ok(config)
     }
 
+    /// Whether only Nav2's controller is replaced.
+    pub fn is_controller(&self) -> bool {
+        self.mode == Mode::Controller
+    }
+
+    /// The topic of what is driven.
+    pub fn plan(&self) -> &str {
+        if self.is_controller() { &self.topics.local_plan } else { &self.topics.plan }
+    }
+
     /// No name may leave its place in a key, and the robot's router must be somewhere.
     fn names_are_of_ros(&self) -> Result<(), FieldError> {
         check_endpoint(&self.endpoint, Purpose::Connect).map_err(|error| error.at("endpoint"))?;
+        if self.is_controller() && self.distribution() == Distribution::Humble {
+            let mend = "the mode `controller` needs jazzy or later";
+            return Err(FieldError::new("mode", "is `controller`, and the distribution is humble", mend));
+        }
+        if self.is_controller() && self.publish_tf {
+            let problem = "is true, and in the mode `controller` Nav2 publishes that transform";
+            return Err(FieldError::new("publish_tf", problem, "leave it out"));
+        }
         let topics = self.topics.named();
         let namespace = self.namespace.trim_matches('/');
         let whole = [("namespace".to_owned(), namespace), ("node".to_owned(), self.node.as_str())];
@@ -349,44 +327,27 @@ impl Ros2Config {
     }
 }
 
-impl Topics {
-    /// All of them with the names of their fields.
-    pub fn named(&self) -> Vec<(&'static str, &str)> {
-        let values = [
-            &self.scan,
-            &self.odom,
-            &self.tf,
-            &self.tf_static,
-            &self.map,
-            &self.people,
-            &self.goal_pose,
-            &self.initialpose,
-            &self.navigate_to_pose,
-            &self.navigate_through_poses,
-            &self.follow_waypoints,
-            &self.compute_path_to_pose,
-            &self.compute_path_through_poses,
-            &self.cmd_vel,
-            &self.amcl_pose,
-            &self.plan,
-            &self.candidates,
-            &self.crowd,
-            &self.stop,
-            &self.resume,
-            &self.diagnostics,
-            &self.clock,
-        ];
-        Self::FIELDS.iter().map(|field| field.name).zip(values.map(String::as_str)).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use curionav_planning::parameters::Ranged;
+
     use super::*;
 
     fn read(text: &str) -> anyhow::Result<Ros2Config> {
         let table: toml::Table = text.parse().unwrap();
         Ros2Config::read(table.get("ros2").and_then(toml::Value::as_table), Path::new("/etc/curionav"))
+    }
+
+    #[test]
+    fn the_file_for_a_controller_is_read_and_what_it_must_not_have_is_refused() {
+        let text = include_str!("../../../deploy/ros2/controller.toml");
+        let config = read(text).unwrap();
+        assert!(config.is_controller() && config.sensors.len() == 1 && config.plan() == "local_plan");
+        let humble = text.replace("kilted", "humble");
+        let said = read(&humble).unwrap_err().to_string();
+        assert!(said.contains("mode: is `controller`, and the distribution is humble"), "{said}");
+        let twice = text.replace("mode = \"controller\"", "mode = \"controller\"\npublish_tf = true");
+        assert!(read(&twice).unwrap_err().to_string().contains("publish_tf: is true"));
     }
 
     #[test]

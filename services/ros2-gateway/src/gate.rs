@@ -17,6 +17,7 @@ use curionav_runtime::robot_limits::RobotLimits;
 
 use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
+use crate::fault::Fault;
 use crate::node::{Node, Outlet};
 use crate::ramp::{Ramp, held_back};
 use crate::sensor_config::SensorConfig;
@@ -139,6 +140,8 @@ struct State {
     watch: Watch,
     ended: bool,
     velocity: Velocity,
+    /// How fast the robot may drive as the topic `speed_limit` says, m/s.
+    speed_limit: Option<f64>,
     /// The newest stamp of the robot's clock and when it was heard: time goes on from there.
     clock: Option<(ros::Time, Instant)>,
 }
@@ -178,6 +181,17 @@ impl Sink<'_> {
     }
 }
 
+/// A velocity that is no faster than the limit, on the same curve.
+fn slowed(twist: Twist, limit: Option<f64>) -> Twist {
+    match limit {
+        Some(limit) if twist.v.abs() > limit => {
+            let share = limit / twist.v.abs();
+            Twist { v: share * twist.v, omega: share * twist.omega }
+        }
+        _ => twist,
+    }
+}
+
 /// The stamp `after` so long.
 pub(crate) fn later(stamp: ros::Time, after: Duration) -> ros::Time {
     let nanoseconds = i64::try_from(after.as_nanos()).unwrap_or(i64::MAX);
@@ -203,7 +217,8 @@ impl Gate {
             Velocity::Plain(node.outlet(topic, Qos::DEFAULT)?)
         };
         let watch = Watch::new(&config.silence, &config.sensors);
-        let state = Arc::new(Mutex::new(State { watch, ended: false, velocity, clock: None }));
+        let state =
+            Arc::new(Mutex::new(State { watch, ended: false, velocity, speed_limit: None, clock: None }));
         let base = config.frames.base.clone();
         let watched = Arc::clone(&state);
         let counted = zeros.clone();
@@ -237,6 +252,20 @@ impl Gate {
         locked(&self.state).clock = Some((stamp, Instant::now()));
     }
 
+    /// The robot drives no faster from now on; a limit of 0 is none.
+    ///
+    /// # Errors
+    /// If it is no speed.
+    pub(crate) fn limit_speed(&self, said: &ros::SpeedLimit) -> Result<(), Fault> {
+        let limit = said.speed_limit;
+        if !limit.is_finite() || limit < 0.0 {
+            return Err(Fault::malformed(format!("a speed limit of {limit} is none")));
+        }
+        let metres = if said.percentage { 0.01 * limit * self.limits.v_max } else { limit };
+        locked(&self.state).speed_limit = (limit > 0.0).then_some(metres);
+        Ok(())
+    }
+
     /// What the robot's clock shows.
     pub(crate) fn robot_time(&self) -> ros::Time {
         let clock = locked(&self.state).clock;
@@ -265,7 +294,7 @@ impl Gate {
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
             let held = held_back(twist, self.lease.paused_for(), &self.limits);
-            let twist = self.limits.clamp(held);
+            let twist = slowed(self.limits.clamp(held), state.speed_limit);
             state.watch.sent = twist;
             Sink { state: &state, base: &self.base }.send(twist, now);
         }
@@ -387,6 +416,16 @@ mod tests {
             "v_max = 0.8\na_max = 0.5\nomega_max = 1.0\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1",
         )
         .unwrap()
+    }
+
+    #[test]
+    fn a_speed_limit_slows_down_and_leaves_the_curve_as_it_is() {
+        let fast = Twist { v: 0.8, omega: 0.4 };
+        assert_eq!(slowed(fast, Some(0.2)), Twist { v: 0.2, omega: 0.1 });
+        let backwards = Twist { v: -0.8, omega: 0.4 };
+        assert_eq!(slowed(backwards, Some(0.2)), Twist { v: -0.2, omega: 0.1 });
+        let turning = Twist { v: 0.0, omega: 0.4 };
+        assert_eq!((slowed(turning, Some(0.2)), slowed(fast, None)), (turning, fast));
     }
 
     #[test]

@@ -27,11 +27,13 @@ use crate::driver_client::{Answer, DriverClient};
 use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
 use crate::gate::Gate;
+use crate::given_path::GivenPath;
 use crate::goals::Goals;
 use crate::graph::{Graph, Used};
 use crate::journey::{Effect, Id, Journey, id};
 use crate::node::Request;
 use crate::order::{Orders, Start};
+use crate::parameters::Parameters;
 use crate::path_planner::PathPlanner;
 use crate::pausing;
 use crate::problem::{Problem, ProblemKind};
@@ -70,6 +72,8 @@ pub(crate) struct Parts {
     pub(crate) publishers: Publishers,
     /// What it says of goals.
     pub(crate) actions: ActionPublishers,
+    /// What it says of its parameters.
+    pub(crate) parameters: Parameters,
     /// What looks for paths that clients ask for.
     pub(crate) path_planner: PathPlanner,
     /// The way to the driver.
@@ -95,6 +99,8 @@ pub(crate) struct Gateway {
     /// Whether the clock was set back since a run has begun: what the localiser says then is of no use.
     is_lost: bool,
     destination: Option<Destination>,
+    /// The path to follow there, if one was given.
+    given: Option<GivenPath>,
     journey: Journey,
     /// Goals that ask for paths, which move nothing.
     path_goals: Goals,
@@ -122,6 +128,7 @@ impl Gateway {
             start_taken: None,
             is_lost: false,
             destination: None,
+            given: None,
             journey: Journey::default(),
             path_goals: Goals::default(),
             results: Vec::new(),
@@ -153,9 +160,10 @@ impl Gateway {
             tracing::warn!("the robot's clock was set back: its run is over");
             // A simulation that is begun again puts the robot where it was; a real robot stays where it is.
             let config = &self.parts.config;
-            self.begins_at(Start::configured(config).filter(|_| config.use_sim_time));
+            let is_nav2s = config.is_controller();
+            self.begins_at(Start::configured(config).filter(|_| config.use_sim_time && !is_nav2s));
             self.belief = None;
-            self.is_lost = true;
+            self.is_lost = !is_nav2s;
             let effects = self.journey.fail("the robot's clock was set back");
             self.act(effects);
         }
@@ -223,12 +231,14 @@ impl Gateway {
     }
 
     /// Sends the robot to a place: in the run that knows where it is, or in a new one.
-    fn go(&mut self, destination: Destination) -> Result<(), Fault> {
+    fn go(&mut self, destination: Destination, given: Option<GivenPath>) -> Result<(), Fault> {
+        self.given = given;
         if !self.can_go_on() {
             return self.order_anew(destination);
         }
         let (Point2 { x, y }, heading) = destination;
-        let number = self.parts.driver_client.send(MissionCommand::Goal { x, y, heading, way: None });
+        let way = self.given.as_ref().map(GivenPath::to_wire);
+        let number = self.parts.driver_client.send(MissionCommand::Goal { x, y, heading, way });
         self.destination = Some(destination);
         self.journey.asked_to_go(number, true);
         Ok(())
@@ -252,21 +262,28 @@ impl Gateway {
     }
 
     /// Orders a new run; gives the number of the order.
-    fn order(&mut self, start: &Start, destination: Destination) -> Result<u64, Fault> {
+    fn order(
+        &mut self,
+        start: &Start,
+        destination: Destination,
+        given: Option<&GivenPath>,
+    ) -> Result<u64, Fault> {
         let map = self.map.ok_or_else(|| Fault::new(FaultKind::NotYet, "no map has come"))?;
         start.check_map(&map.to_string())?;
         let laser = self.parts.robot_state.laser.as_ref();
         let laser =
             laser.ok_or_else(|| Fault::new(FaultKind::NotYet, "no scan that can be used has come"))?;
         let order = self.parts.orders.order(map, laser, start, destination);
-        let order = Box::new(order.map_err(|reject| Fault::unusable(reject.to_string()))?);
+        let order = order.map_err(|reject| Fault::unusable(reject.to_string()))?;
+        let order = Box::new(wire::MissionOrder { way: given.map(GivenPath::to_wire), ..order });
         let number = self.parts.driver_client.send(MissionCommand::Set { order });
         self.start_ordered = Some(number);
         Ok(number)
     }
 
     fn order_anew(&mut self, destination: Destination) -> Result<(), Fault> {
-        let number = self.starting().and_then(|start| self.order(&start, destination))?;
+        let number =
+            self.starting().and_then(|start| self.order(&start, destination, self.given.clone().as_ref()))?;
         self.destination = Some(destination);
         self.journey.asked_to_go(number, false);
         Ok(())
@@ -276,11 +293,12 @@ impl Gateway {
     fn localize(&mut self) {
         let journey = &self.journey;
         let is_under_way = journey.is_engaged() || journey.is_localizing() || journey.is_asking();
-        if self.can_go_on() || is_under_way || Instant::now() < self.localize_after {
+        let is_nav2s = self.parts.config.is_controller();
+        if self.can_go_on() || is_nav2s || is_under_way || Instant::now() < self.localize_after {
             return;
         }
         let Ok(start) = self.starting() else { return };
-        if let Ok(number) = self.order(&start, (start.pose.position(), None)) {
+        if let Ok(number) = self.order(&start, (start.pose.position(), None), None) {
             self.localize_after = Instant::now() + RETRY;
             self.journey.asked_to_localize(number);
         }
@@ -288,7 +306,7 @@ impl Gateway {
 
     /// A goal of the topic.
     pub(crate) fn goal_pose(&mut self, said: &ros::PoseStamped) {
-        let outcome = self.destination_of(said).and_then(|destination| self.go(destination));
+        let outcome = self.destination_of(said).and_then(|destination| self.go(destination, None));
         if self.parts.robot_state.used(&self.parts.config.topics.goal_pose, outcome).is_some() {
             let effects = self.journey.replaced();
             self.act(effects);
@@ -302,7 +320,7 @@ impl Gateway {
                 Effect::Goals => self.goals_changed(),
                 Effect::NoPlan => self.parts.publishers.no_plan(self.parts.gate.robot_time()),
                 Effect::GoOn(destination) => {
-                    if let Err(fault) = self.go(destination) {
+                    if let Err(fault) = self.go(destination, None) {
                         let effects = self.journey.fail(&fault.to_string());
                         self.act(effects);
                     }

@@ -14,8 +14,8 @@ use crate::config::{PeopleSource, Ros2Config};
 use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
 
-/// Roles that every mission needs.
-const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
+/// Roles that every mission needs; a robot that is not localised by Nav2 also needs a localizer.
+const REQUIRED: [&str; 2] = ["arbiter", "driver"];
 /// In real time the arbiter plans about so often, seconds, if ticks come that often.
 const PLANNING_PERIOD: f64 = 0.1;
 
@@ -143,6 +143,7 @@ impl Orders {
         let RobotLimits { v_max, a_max, omega_max, alpha_max, v_reverse, radius, tick_s, .. } = self.limits;
         let footprint = Footprint::Disc { radius };
         let robot = RobotModel { footprint, v_max, a_max, omega_max, alpha_max, v_reverse };
+        let localizer = (!self.config.is_controller()).then_some("localizer");
         let tracker = self.tracker.is_some().then_some(keys::TRACKER);
         let order = MissionOrder {
             robot: self.robot.clone(),
@@ -166,7 +167,7 @@ impl Orders {
             time_scale: 1.0,
             tick_s,
             plan_every: (PLANNING_PERIOD / tick_s).ceil().max(1.0) as u32,
-            require: REQUIRED.into_iter().chain(tracker).map(String::from).collect(),
+            require: REQUIRED.into_iter().chain(localizer).chain(tracker).map(String::from).collect(),
         };
         convert::check_order(&order)?;
         Ok(order)

@@ -17,7 +17,8 @@ const HOLDS_NS: i64 = 300_000_000;
 /// The gateway's publishers.
 pub(crate) struct Publishers {
     frames: Frames,
-    amcl_pose: Outlet<ros::PoseWithCovarianceStamped>,
+    /// Unless the robot localises itself.
+    amcl_pose: Option<Outlet<ros::PoseWithCovarianceStamped>>,
     tf: Option<Outlet<ros::TfMessage>>,
     plan: Outlet<ros::Path>,
     candidates: Outlet<ros::MarkerArray>,
@@ -34,9 +35,11 @@ impl Publishers {
         let topics = &config.topics;
         Ok(Self {
             frames: config.frames.clone(),
-            amcl_pose: node.outlet(&topics.amcl_pose, Qos::LATCHED)?,
+            amcl_pose: (!config.is_controller())
+                .then(|| node.outlet(&topics.amcl_pose, Qos::LATCHED))
+                .transpose()?,
             tf: config.publish_tf.then(|| node.outlet(&topics.tf, Qos::DEFAULT)).transpose()?,
-            plan: node.outlet(&topics.plan, Qos::LATCHED)?,
+            plan: node.outlet(config.plan(), Qos::LATCHED)?,
             candidates: node.outlet(&topics.candidates, Qos::DEFAULT)?,
             crowd: node.outlet(&topics.crowd, Qos::DEFAULT)?,
             diagnostics: node.outlet(&topics.diagnostics, Qos::DEFAULT)?,
@@ -45,7 +48,9 @@ impl Publishers {
 
     /// Where the robot believes it is at `stamp`, when odometry says `odometry`.
     pub(crate) fn belief(&self, belief: &Belief, odometry: Pose2, stamp: ros::Time) {
-        self.amcl_pose.put(&drawing::believed(belief, header(stamp, &self.frames.map)));
+        if let Some(amcl_pose) = &self.amcl_pose {
+            amcl_pose.put(&drawing::believed(belief, header(stamp, &self.frames.map)));
+        }
         if let Some(tf) = &self.tf {
             let at = drawing::map_from_odom(belief, odometry);
             let until = ros::Time::from_nanoseconds(stamp.nanoseconds() + HOLDS_NS);

@@ -15,16 +15,18 @@ use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::scanner_limits::ScannerLimits;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::words::say;
-use curionav_schemas::{self as wire, Clock, Odometry, People, Scan};
+use curionav_schemas::{self as wire, Belief, Clock, Odometry, People, Scan};
 use nalgebra::Isometry3;
 
 use crate::config::Ros2Config;
+use crate::costmap;
 use crate::diagnosis::Rate;
 use crate::fault::{Fault, FaultKind};
 use crate::frames::FrameTree;
 use crate::further_sensing;
 use crate::further_sensors::{FurtherSensors, Seen};
 use crate::gate::{Gate, Source};
+use crate::nav2_pose::Nav2Pose;
 use crate::people::people;
 use crate::problem::{Problem, ProblemKind, Problems};
 use crate::robot_clock::{Moment, RobotClock, Sample};
@@ -59,6 +61,9 @@ pub(crate) struct RobotState {
     scans: Topic<Scan>,
     odometry: Topic<Odometry>,
     people: Topic<People>,
+    /// Where the robot is, if Nav2 says so.
+    beliefs: Option<Topic<Belief>>,
+    nav2_pose: Nav2Pose,
     frames: FrameTree,
     /// The clock of its odometry.
     pub(crate) clock: RobotClock,
@@ -101,6 +106,8 @@ impl RobotState {
             scans: service.topic("scan", Flow::Sensor)?,
             odometry: service.topic("odom", Flow::Sensor)?,
             people: service.topic("people", Flow::Sensor)?,
+            beliefs: config.is_controller().then(|| service.topic("belief", Flow::Sensor)).transpose()?,
+            nav2_pose: Nav2Pose::default(),
             frames: FrameTree::default(),
             clock: RobotClock::new(limits.tick_s),
             waiting: None,
@@ -152,9 +159,23 @@ impl RobotState {
 
     /// Takes note of transforms; `is_static` says on which topic they came.
     pub(crate) fn transforms(&mut self, message: &ros::TfMessage, is_static: bool) {
-        let outcome = self.frames.take_in(message, &self.config.frames.odom);
+        let frames = &self.config.frames;
+        let placed = self.nav2_pose.transforms(message, &frames.map, &frames.odom);
+        let outcome = self.frames.take_in(message, &frames.odom).and(placed);
         let topics = &self.config.topics;
         self.used(if is_static { &topics.tf_static } else { &topics.tf }, outcome);
+    }
+
+    /// Nav2 has said how sure it is of where the robot is.
+    pub(crate) fn amcl_pose(&mut self, said: &ros::PoseWithCovarianceStamped) {
+        let outcome = self.nav2_pose.pose(said);
+        self.used(&self.config.topics.amcl_pose, outcome);
+    }
+
+    /// How fast the robot may drive from now on.
+    pub(crate) fn speed_limit(&self, said: &ros::SpeedLimit) {
+        let limit = self.gate.limit_speed(said);
+        self.used(&self.config.topics.speed_limit, limit);
     }
 
     /// The stamp of something that is of now, in seconds of the robot's clock, and the newest sample of odometry.
@@ -206,6 +227,11 @@ impl RobotState {
                 let mount = self.mount(&cloud.header)?;
                 let config = &self.config.sensors[index];
                 (&cloud.header, further_sensing::cloud(cloud, &mount, config, self.radius)?)
+            }
+            Said::Costmap(costmap) => {
+                let mount = self.mount(&costmap.header)?;
+                let config = &self.config.sensors[index];
+                (&costmap.header, costmap::scan(costmap, &mount, config, self.radius)?)
             }
             Said::Scan(scan) => {
                 let base = &self.config.frames.base;
@@ -268,6 +294,7 @@ impl RobotState {
         if moment == Moment::SetBack {
             self.gate.stop();
             self.waiting = None;
+            self.nav2_pose.forget();
             self.further.forget();
             return true;
         }
@@ -294,6 +321,11 @@ impl RobotState {
         let Pose2 { x, y, heading } = pose;
         let Twist { v, omega } = twist;
         self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v, omega }, Clock::Realtime);
+        if let Some(beliefs) = &self.beliefs
+            && let Some(belief) = self.nav2_pose.belief(sample, |stamp| self.clock.seconds(stamp))
+        {
+            beliefs.publish(&belief, Clock::Realtime);
+        }
         self.ticks.inc();
     }
 
@@ -325,7 +357,11 @@ impl RobotState {
         let further = self.further.awaited();
         awaited.extend(further.map(|sensor| (&sensor.topic, true, "nothing that can be used has come")));
         if awaited.is_empty() && !knows_place {
-            awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
+            awaited.push(if self.config.is_controller() {
+                (&topics.tf, true, "no transform from map to odometry that is of now has come: start amcl")
+            } else {
+                (&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate")
+            });
         }
         awaited
             .into_iter()

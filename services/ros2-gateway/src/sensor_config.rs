@@ -16,6 +16,8 @@ curionav_planning::parameters! {
         Range,
         /// A bumper (`std_msgs/Bool`).
         Bumper,
+        /// A costmap of Nav2 (`nav_msgs/OccupancyGrid`), such as its local one: the cells that are occupied.
+        Costmap,
     }
 }
 
@@ -40,13 +42,13 @@ curionav_planning::parameters! {
         #[serde(default)]
         pub required: bool,
         /// After how long without news it counts as silent: seconds of a clock that nothing sets. If it is left out:
-        /// 0.4 s, and never for a bumper that is not required, because many speak only when they are touched.
+        /// 0.4 s, 2 s for a costmap, and never for a bumper that is not required, because many speak only when they are touched.
         #[serde(default)]
         pub silence: Option<f64> [0.05, 2.0, "s", "a robot at 1 m/s is two metres on"],
         /// Points lower or higher than these are none, in the frame of the robot; of a cloud alone, which needs it.
         #[serde(default)]
         pub height: Option<[f64; 2]> [in HEIGHT],
-        /// How far it sees; of a cloud alone. If it is left out: 4 m.
+        /// How far it sees; of a cloud or costmap alone. If it is left out: 4 m.
         #[serde(default)]
         pub range: Option<f64> [0.1, 50.0, "m", "a robot drives by nothing farther away"],
         /// Direction of the middle of a bumper, seen from the middle of the robot. If it is left out: 0, ahead.
@@ -58,12 +60,14 @@ curionav_planning::parameters! {
     } check Self::agrees
 }
 
-/// How far a cloud is taken to see, m: depth cameras err more farther away.
+/// How far a cloud or costmap is taken to see, m: depth cameras err more farther away.
 const CLOUD_RANGE: f64 = 4.0;
 /// Angle over which a bumper is taken to reach, rad: the front of a round robot.
 const BUMPER_WIDTH: f64 = 1.0;
 /// Seconds after which a sensor counts as silent.
 const SILENCE: f64 = 0.4;
+/// The same of a costmap: Nav2 publishes one once or twice per second.
+const COSTMAP_SILENCE: f64 = 2.0;
 
 impl SensorConfig {
     fn agrees(&self) -> Result<(), FieldError> {
@@ -72,9 +76,10 @@ impl SensorConfig {
         })?;
         let is_cloud = self.kind == SensorKind::Cloud;
         let is_bumper = self.kind == SensorKind::Bumper;
+        let sees_far = is_cloud || self.kind == SensorKind::Costmap;
         let foreign = [
             ("height", self.height.is_some() && !is_cloud, "a cloud"),
-            ("range", self.range.is_some() && !is_cloud, "a cloud"),
+            ("range", self.range.is_some() && !sees_far, "a cloud or costmap"),
             ("bearing", self.bearing.is_some() && !is_bumper, "a bumper"),
             ("width", self.width.is_some() && !is_bumper, "a bumper"),
         ];
@@ -97,8 +102,12 @@ impl SensorConfig {
 
     /// After how long it counts as silent, if it ever does.
     pub(crate) fn silence(&self) -> Option<Duration> {
-        let speaks_seldom = self.kind == SensorKind::Bumper && !self.required;
-        let seconds = self.silence.or((!speaks_seldom).then_some(SILENCE));
+        let usual = match self.kind {
+            SensorKind::Bumper if !self.required => None,
+            SensorKind::Costmap => Some(COSTMAP_SILENCE),
+            _ => Some(SILENCE),
+        };
+        let seconds = self.silence.or(usual);
         seconds.map(Duration::from_secs_f64)
     }
 
@@ -107,7 +116,7 @@ impl SensorConfig {
         self.height.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])
     }
 
-    /// How far a cloud sees, m.
+    /// How far a cloud or costmap sees, m.
     pub(crate) fn reach(&self) -> f64 {
         self.range.unwrap_or(CLOUD_RANGE)
     }
@@ -142,7 +151,7 @@ mod tests {
                 format!("{camera}height = [0.1, 1.0]\nwidth = 1.0"),
                 "width: is given, and only a bumper has it",
             ),
-            (format!("{bumper}range = 1.0"), "range: is given, and only a cloud has it"),
+            (format!("{bumper}range = 1.0"), "range: is given, and only a cloud or costmap has it"),
             (format!("{bumper}bearing = 90.0"), "bearing: is 90"),
             (format!("{bumper}silence = 5.0"), "silence: is 5"),
             (bumper.replace("name = \"bumper\"", "name = \"Front Left\""), "name: is `Front Left`"),

@@ -24,6 +24,8 @@ pub(crate) enum Said {
     Range(ros::Range),
     /// Whether a bumper is pressed.
     Bumper(ros::Bool),
+    /// A costmap.
+    Costmap(ros::OccupancyGrid),
 }
 
 /// What all of them say, each with its place in the configuration.
@@ -54,6 +56,9 @@ impl SensorIntake {
                 }
                 SensorKind::Bumper => {
                     drop(tasks.spawn(to.pass_on(node.intake(topic, Qos::SENSOR)?, Said::Bumper)))
+                }
+                SensorKind::Costmap => {
+                    drop(tasks.spawn(to.pass_on(node.intake(topic, Qos::LATCHED)?, Said::Costmap)))
                 }
                 SensorKind::Range if config.distribution() == Distribution::Humble => {
                     let intake = node.intake(topic, Qos::SENSOR)?;

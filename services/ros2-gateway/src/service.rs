@@ -31,6 +31,7 @@ use crate::graph::{Graph, Used};
 use crate::masks::Masks;
 use crate::node::Node;
 use crate::order::{self, Orders};
+use crate::parameters::Parameters;
 use crate::path_planner::PathPlanner;
 use crate::problem::{Problem, ProblemKind};
 use crate::publishers::Publishers;
@@ -77,7 +78,11 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
         let Told { ros2, limits, orders, masks } = Told::read(config)?;
-        let start = order::Start::configured(&ros2).or_else(|| order::Start::kept(config, &ros2));
+        let start = if ros2.is_controller() {
+            None
+        } else {
+            order::Start::configured(&ros2).or_else(|| order::Start::kept(config, &ros2))
+        };
         let scanner = config.scanner.unwrap_or_default();
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
@@ -114,6 +119,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             Subscriptions::new(&node, &service, &ros2, OwnWork { answers, paths }, &lease)?;
         let publishers = Publishers::new(&node, &ros2)?;
         let actions = ActionPublishers::new(&node, &ros2)?;
+        let parameters = Parameters::of(&ros2)?;
         let used = used(&ros2);
         let config = ros2;
         let parts = Parts {
@@ -127,6 +133,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             gate,
             publishers,
             actions,
+            parameters,
             path_planner,
             driver_client,
             robot_state,
@@ -209,8 +216,8 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
         of::<ros::OccupancyGrid>(ros2, &topics.map, false),
         of::<ros::PoseStamped>(ros2, &topics.goal_pose, false),
         of::<ros::PoseWithCovarianceStamped>(ros2, &topics.initialpose, false),
-        of::<ros::PoseWithCovarianceStamped>(ros2, &topics.amcl_pose, true),
-        of::<ros::Path>(ros2, &topics.plan, true),
+        of::<ros::PoseWithCovarianceStamped>(ros2, &topics.amcl_pose, !ros2.is_controller()),
+        of::<ros::Path>(ros2, ros2.plan(), true),
         velocity(ros2, &topics.cmd_vel, true),
     ];
     let range =
@@ -220,6 +227,7 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
         SensorKind::Scan => of::<ros::LaserScan>(ros2, &sensor.topic, false),
         SensorKind::Range => range(ros2, &sensor.topic, false),
         SensorKind::Bumper => of::<ros::Bool>(ros2, &sensor.topic, false),
+        SensorKind::Costmap => of::<ros::OccupancyGrid>(ros2, &sensor.topic, false),
     });
     always.into_iter().chain(people).chain(sensors).collect()
 }
@@ -253,6 +261,8 @@ async fn serve(
             Event::InitialPose(pose) => gateway.initial_pose(&pose),
             Event::Call(call, asked) => gateway.called(call, asked),
             Event::PathMade(path) => gateway.path_made(*path),
+            Event::AmclPose(pose) => gateway.robot_state().amcl_pose(&pose),
+            Event::SpeedLimit(limit) => gateway.robot_state().speed_limit(&limit),
             Event::Pause(paused, asked) => gateway.pause(paused, asked),
             Event::Report(report) => gateway.reported(&report),
             Event::Beat => {

@@ -45,6 +45,10 @@ pub(crate) enum Event {
     GoalPose(ros::PoseStamped),
     /// Where the robot is.
     InitialPose(Box<ros::PoseWithCovarianceStamped>),
+    /// How sure Nav2 is of where the robot is.
+    AmclPose(Box<ros::PoseWithCovarianceStamped>),
+    /// How fast the robot may drive.
+    SpeedLimit(ros::SpeedLimit),
     /// The time of a simulation.
     Clock(ros::Clock),
     /// A client of an action, or one that wants to know a state, has called.
@@ -88,8 +92,10 @@ pub(crate) struct Subscriptions {
     tf_static: Intake<ros::TfMessage>,
     map: Intake<ros::OccupancyGrid>,
     people: Option<Intake<ros::People>>,
-    goal_pose: Intake<ros::PoseStamped>,
-    initialpose: Intake<ros::PoseWithCovarianceStamped>,
+    goal_pose: Option<Intake<ros::PoseStamped>>,
+    initialpose: Option<Intake<ros::PoseWithCovarianceStamped>>,
+    amcl_pose: Option<Intake<ros::PoseWithCovarianceStamped>>,
+    speed_limit: Intake<ros::SpeedLimit>,
     clock: Option<Intake<ros::Clock>>,
     calls: Calls,
     paths: mpsc::Receiver<PathMade>,
@@ -122,6 +128,8 @@ impl Subscriptions {
         let topics = &config.topics;
         let mut beat = interval(BEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        // In the mode `controller` goals and poses are for other nodes of Nav2.
+        let is_navigator = !config.is_controller();
         let follows_people = config.people == PeopleSource::Topic;
         Ok(Self {
             scan: node.intake(&topics.scan, Qos::SENSOR)?,
@@ -131,8 +139,10 @@ impl Subscriptions {
             tf_static: node.intake(&topics.tf_static, Qos { depth: 100, ..Qos::LATCHED })?,
             map: node.intake(&topics.map, Qos::LATCHED)?,
             people: follows_people.then(|| node.intake(&topics.people, Qos::DEFAULT)).transpose()?,
-            goal_pose: node.intake(&topics.goal_pose, Qos::DEFAULT)?,
-            initialpose: node.intake(&topics.initialpose, Qos::DEFAULT)?,
+            goal_pose: is_navigator.then(|| node.intake(&topics.goal_pose, Qos::DEFAULT)).transpose()?,
+            initialpose: is_navigator.then(|| node.intake(&topics.initialpose, Qos::DEFAULT)).transpose()?,
+            amcl_pose: (!is_navigator).then(|| node.intake(&topics.amcl_pose, Qos::LATCHED)).transpose()?,
+            speed_limit: node.intake(&topics.speed_limit, Qos::DEFAULT)?,
             clock: config.use_sim_time.then(|| node.intake(&topics.clock, Qos::SENSOR)).transpose()?,
             calls: Calls::new(node, config)?,
             paths: own.paths,
@@ -190,8 +200,10 @@ impl Subscriptions {
                 said = self.tf_static.next() => heard(said, |message| Event::Transforms { message, is_static: true }),
                 said = optional(self.people.as_ref()) => heard(said, Event::People),
                 said = optional(self.clock.as_ref()) => heard(said, Event::Clock),
-                said = self.goal_pose.next() => heard(said, Event::GoalPose),
-                said = self.initialpose.next() => heard(said, |pose| Event::InitialPose(Box::new(pose))),
+                said = optional(self.goal_pose.as_ref()) => heard(said, Event::GoalPose),
+                said = optional(self.amcl_pose.as_ref()) => heard(said, |pose| Event::AmclPose(Box::new(pose))),
+                said = self.speed_limit.next() => heard(said, Event::SpeedLimit),
+                said = optional(self.initialpose.as_ref()) => heard(said, |pose| Event::InitialPose(Box::new(pose))),
                 said = self.calls.next() => heard(said, |(call, asked)| Event::Call(call, asked)),
                 said = self.paths.recv() => heard(said, |path| Event::PathMade(Box::new(path))),
                 said = self.stop.next() => heard(said, |(_, asked)| Event::Pause(true, asked)),

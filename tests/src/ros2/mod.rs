@@ -2,6 +2,7 @@
 
 mod actions;
 mod blind;
+mod controller;
 mod further_sensors;
 mod hostile;
 mod missions;

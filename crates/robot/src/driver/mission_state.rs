@@ -71,7 +71,7 @@ impl CurrentMission {
             MissionCommand::Goal { x, y, heading, way } => {
                 let mission = self.current()?;
                 // A planner outside gives a new way each second: the robot goes on along the one before meanwhile.
-                let goes_on = mission.order.way.is_some() && way.is_some() && !is_over(mission);
+                let goes_on = mission.order.way.is_some() && way.is_some() && !mission.is_over();
                 mission.revision += 1;
                 mission.order.way = way;
                 mission.order.goal_x = x;

@@ -7,7 +7,8 @@ use super::Gateway;
 use crate::action_kind::{ActionKind, Failure};
 use crate::action_publishers::Progress;
 use crate::calls::{Call, GoalRequest, Wish};
-use crate::fault::Fault;
+use crate::fault::{Fault, FaultKind};
+use crate::given_path::GivenPath;
 use crate::goals::{Goal, Goals, Status, Task};
 use crate::node::Request;
 use crate::path_planner::PathMade;
@@ -26,8 +27,9 @@ impl Gateway {
                 let accepted = match wish {
                     Wish::Go { poses, first, rounds } => {
                         let tour = self.tour(poses, first, rounds);
-                        self.send_goal(kind, id, tour, stamp)
+                        self.send_goal(kind, id, tour, None, stamp)
                     }
+                    Wish::Follow(path) => self.send_path(kind, id, path, stamp),
                     Wish::Plan { poses, start } => self.send_path_goal(kind, id, (poses, start), stamp),
                 };
                 asked.reply(&ros::SendGoalResponse { accepted, stamp });
@@ -39,6 +41,7 @@ impl Gateway {
             Call::CancelGoal(kind, request) => self.cancel_goal(kind, &request, &asked),
             Call::GetResult(kind, id) => self.get_result(kind, id, asked),
             Call::LocalizerState => asked.reply(&state(true)),
+            Call::Parameters(question) => self.parts.parameters.answer(&question, &asked),
             Call::NavigatorState => asked.reply(&state(self.takes_goals())),
         }
     }
@@ -69,6 +72,7 @@ impl Gateway {
         kind: ActionKind,
         id: ros::Uuid,
         tour: Result<Tour, Fault>,
+        given: Option<GivenPath>,
         stamp: ros::Time,
     ) -> bool {
         let outcome = tour.and_then(|tour| {
@@ -76,7 +80,7 @@ impl Gateway {
                 return Err(Fault::unusable("a goal of this name is known already"));
             }
             match tour.destination() {
-                Some(destination) => self.go(destination)?,
+                Some(destination) => self.go(destination, given)?,
                 None if kind == ActionKind::FollowWaypoints => {}
                 None => return Err(Fault::unusable("it has no pose")),
             }
@@ -92,6 +96,29 @@ impl Gateway {
         let status = Status::Aborted;
         let error = kind.error(Failure::NoPoses);
         self.journey.goals.accept(Goal { status, error, why: "no waypoint is given".into(), ..goal })
+    }
+
+    /// Takes a path to follow, or refuses it. It takes the place of the one before without a stop. One that is no way is
+    /// a goal that fails, as in Nav2.
+    fn send_path(&mut self, kind: ActionKind, id: ros::Uuid, path: ros::Path, stamp: ros::Time) -> bool {
+        let end = path.poses.last().cloned().unwrap_or_default();
+        let pose = ros::PoseStamped { header: path.header.clone(), ..end };
+        match GivenPath::of(&path, &self.parts.config.frames.map) {
+            Ok(given) => {
+                let destination = given.destination();
+                let place = Place { pose, destination, end: PlaceEnd::Pending };
+                self.send_goal(kind, id, Ok(Tour::new(vec![place], 0, 0)), Some(given), stamp)
+            }
+            Err(fault) => {
+                let is_frame = fault.kind == FaultKind::UnknownFrame;
+                let failure = if is_frame { Failure::Transform } else { Failure::NoPoses };
+                let goal = Goal::new(id, kind, Task::Tour(Tour::default()), stamp);
+                let error = kind.error(failure);
+                let failed = Goal { status: Status::Aborted, error, why: fault.to_string(), ..goal };
+                self.parts.robot_state.used::<()>(&self.parts.config.topics.follow_path.clone(), Err(fault));
+                self.journey.goals.accept(failed)
+            }
+        }
     }
 
     /// Begins to look for a path, or refuses to.
@@ -193,10 +220,12 @@ impl Gateway {
         let (Some(goal), Some((belief, ..))) = (self.journey.goals.active(), &self.belief) else { return };
         let Some(tour) = goal.tour().filter(|_| goal.status == Status::Executing) else { return };
         let at = Pose2::new(belief.x, belief.y, belief.heading);
-        let distance = tour.distance(at.position());
+        let beside = self.given.as_ref().map(|given| given.beside(at));
+        let distance = beside.map_or_else(|| tour.distance(at.position()), |beside| beside.remaining);
         let remaining = distance / belief.v.max(0.1);
         let now = self.parts.gate.robot_time();
-        self.parts.actions.feedback(goal, &Progress { at, distance, remaining, now });
+        let speed = belief.v;
+        self.parts.actions.feedback(goal, &Progress { at, distance, remaining, speed, beside, now });
     }
 }
 
