@@ -12,7 +12,7 @@ use curionav_crowdsim::scenario::RecordingFormat;
 use curionav_planning::evaluation::crowd_cluster::{GroupParams, crowd_clusters};
 use curionav_planning::profile::Profile;
 use curionav_planning::scene::People;
-use curionav_testing::reference_data;
+use curionav_testing::downloaded_data;
 
 /// A film whose groups are known.
 struct Film {
@@ -25,8 +25,8 @@ struct Film {
 impl Film {
     /// The film in a folder of a dataset, annotated so many frames per second; nothing where its files are missing.
     fn read(folder: &str, fps: f64) -> Option<Self> {
-        let people = reference_data(&format!("{folder}/obsmat.txt"))?;
-        let groups = reference_data(&format!("{folder}/groups.txt"))?;
+        let people = downloaded_data(&format!("{folder}/obsmat.txt"))?;
+        let groups = downloaded_data(&format!("{folder}/groups.txt"))?;
         let people = Recording::read(&fs::read(people).unwrap(), RecordingFormat::Obsmat, fps).unwrap();
         let text = fs::read_to_string(groups).unwrap();
         let mut of_id = BTreeMap::new();

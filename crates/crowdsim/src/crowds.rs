@@ -124,6 +124,11 @@ impl<'a> Floor<'a> {
             && in_sight(self.map, p, to, room)
     }
 
+    /// Whether a person can walk a route to and fro.
+    fn is_walkable(&self, route: &[Point2]) -> bool {
+        route.windows(2).all(|pair| self.is_straight(pair[0], pair[1]) && self.is_straight(pair[1], pair[0]))
+    }
+
     /// Whether the robot can reach its goal past people who stand.
     fn has_way_around(&self, standing: &[Point2]) -> bool {
         let robot = &self.scenario.robot;
@@ -210,8 +215,7 @@ impl Drawn<'_> {
             let beside =
                 first.route.iter().map(|p| Point2::new(p.x + aside * across_x, p.y + aside * across_y));
             let member = Walker { route: beside.collect(), ..first.clone() };
-            let is_straight = |pair: &[Point2]| self.floor.is_straight(pair[0], pair[1]);
-            let fits = k == 0 || member.route.windows(2).all(is_straight);
+            let fits = k == 0 || self.floor.is_walkable(&member.route);
             fits.then(|| Walker { heedless: is_heedless(crowd, random), ..member })
         });
         members.collect()

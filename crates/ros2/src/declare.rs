@@ -46,9 +46,9 @@ macro_rules! message {
             }
         }
 
-        impl $crate::testing::Random for $name {
-            fn random(rng: &mut $crate::testing::Rng) -> Self {
-                Self { $( $field: $crate::testing::Random::random(rng), )* }
+        impl $crate::random::Random for $name {
+            fn random(rng: &mut $crate::random::Rng) -> Self {
+                Self { $( $field: $crate::random::Random::random(rng), )* }
             }
         }
     };

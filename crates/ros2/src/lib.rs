@@ -34,5 +34,6 @@ pub mod limits;
 pub mod message;
 pub mod messages;
 pub mod qos;
+pub mod random;
 pub mod testing;
 pub mod token;

@@ -164,8 +164,8 @@ PreviousState = Annotated[dict[str, Any], coded({
 
 
 Reason = Annotated[dict[str, Any], coded({
-    "arrived": {}, "turns_to_heading": {}, "waits_for_goal": {}, "least_cost": {}, "last_to_collide": {},
-    "least_cost_free": {}, "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
+    "arrived": {}, "turns_to_heading": {}, "waits_for_goal": {}, "least_cost": {}, "least_cost_free": {},
+    "only_slow_free": {}, "no_candidates": {"previous": PreviousState},
     "not_scored": {"term": Name, "previous": PreviousState}, "none_free": {"previous": PreviousState},
     "mission_not_running": {"state": MissionState}, "not_prepared": {}, "people_unknown": {}, "no_way_to_goal": {},
     "goal_occupied": {}, "localises": {}, "place_unknown": {},

@@ -151,7 +151,7 @@ fn check_goal(map: &StaticMap, robot: &Robot, goal: Point2) -> Result<(), (Failu
     let Some(room) = map.most_room(goal, robot.tolerance) else {
         return Err((Failure::GoalOutside, format!("the goal ({x:.2}, {y:.2}) lies outside of the map")));
     };
-    if room < robot.radius {
+    if room < robot.radius || !map.grid.is_drivable_at(goal) {
         return Err((Failure::GoalOccupied, format!("the robot does not fit at the goal ({x:.2}, {y:.2})")));
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! Playing one scenario, tick by tick.
 
 use std::collections::BTreeMap;
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -31,6 +32,8 @@ use crate::crowd::LiveCrowd;
 const DRIVER_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long the services may take to prepare: fetch the map, derive fields, warm the pool.
 const READY_TIMEOUT: Duration = Duration::from_secs(90);
+/// How long the answers to the tick that ends a mission may take; if others ended it, there may be none.
+const LAST_ANSWERS: Duration = Duration::from_millis(500);
 /// The simulated base stops by itself without a command for this long, seconds: its own watchdog.
 const COMMAND_AGE_MAX: f64 = 0.3;
 
@@ -208,12 +211,25 @@ impl Streams {
             };
             let published = self.publish(world, mission.order.clock, people_known);
             published.map_err(|reject| MissionEnd::WorldFailed { reject })?;
-            let (belief, decisions, command) = tokio::select! {
-                answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
-                // A driver that was restarted knows nothing of the run, and would answer no tick of it.
-                () = another_drives(&base, lease) => return Err(failed(ANOTHER_DRIVES)),
-                () = end_of_mission(&missions, &mut said) => continue,
+            let answered = {
+                let mut answers = pin!(self.answers(world, mission));
+                let in_time = tokio::select! {
+                    biased;
+                    answers = &mut answers => Some(answers),
+                    // A driver that was restarted knows nothing of the run, and would answer no tick of it.
+                    () = another_drives(&base, lease) => return Err(failed(ANOTHER_DRIVES)),
+                    () = end_of_mission(&missions, &mut said) => None,
+                };
+                match in_time {
+                    Some(answers) => answers,
+                    // What ended the mission is the answer to this tick, and counts, whichever comes first.
+                    None => match tokio::time::timeout(LAST_ANSWERS, answers).await {
+                        Ok(answers) => answers,
+                        Err(_) => continue,
+                    },
+                }
             };
+            let (belief, decisions, command) = answered.map_err(|e| failed(format!("{e:#}")))?;
             let Standing { to_go, outcome } = judge.tick(world, mission, belief, &decisions);
             progress(world.tick(), world.time(), to_go);
             if let Some(outcome) = outcome {

@@ -120,6 +120,7 @@ speed = 0.6
 mode = "back-and-forth"
 start_offset = 0.5
 pause_s = 1.0
+heedless = true
 [[recorded]]
 file = "people.txt"
 format = "text"
@@ -139,6 +140,7 @@ speed = [0.3, 1.0]
 pause_s = [0.0, 1.0]
 group = [1, 1]
 apart_m = 0.5
+heedless = 0.2
 [planner]
 profile = "curiosity"
 "#;

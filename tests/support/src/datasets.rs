@@ -16,11 +16,22 @@ use std::path::{Path, PathBuf};
 #[must_use]
 #[track_caller]
 pub fn reference_data(file: &str) -> Option<PathBuf> {
+    found(file, std::env::var_os("CURIONAV_REQUIRE_DATA").is_some_and(|value| value == "1"))
+}
+
+/// As [`reference_data`], for datasets that `CURIONAV_REQUIRE_DATA` does not ask for.
+#[must_use]
+#[track_caller]
+pub fn downloaded_data(file: &str) -> Option<PathBuf> {
+    found(file, false)
+}
+
+#[track_caller]
+fn found(file: &str, is_required: bool) -> Option<PathBuf> {
     match curionav_datasets::locate(&format!("dataset:{file}"), Path::new("")) {
         Ok(path) => Some(path),
         Err(missing) => {
-            let required = std::env::var_os("CURIONAV_REQUIRE_DATA").is_some_and(|value| value == "1");
-            assert!(!required, "CURIONAV_REQUIRE_DATA is 1, but {missing}");
+            assert!(!is_required, "CURIONAV_REQUIRE_DATA is 1, but {missing}");
             skip(&missing.to_string());
             None
         }

@@ -4,4 +4,4 @@
 mod datasets;
 pub mod golden;
 
-pub use datasets::{reference_data, skip};
+pub use datasets::{downloaded_data, reference_data, skip};

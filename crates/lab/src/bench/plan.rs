@@ -226,7 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curionav_alone_has_margins_a_final_check_an_arrival_and_patience_of_its_own() {
+    fn curionav_alone_has_margins_a_forecast_an_arrival_and_patience_of_its_own() {
         let tuned = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/tuned");
         let sources = profiles(Path::new(tuned)).unwrap().into_iter().map(|file| {
             let text = std::fs::read_to_string(&file).unwrap();
@@ -239,7 +239,7 @@ mod tests {
             assert_eq!(profile.collision == papers.collision, profile.name != "curionav", "{source}");
             assert_eq!(profile.goal == papers.goal, profile.name != "curionav", "{source}");
             assert_eq!(profile.patience == papers.patience, profile.name != "curionav", "{source}");
-            assert_eq!(profile.forecast, papers.forecast, "{source}");
+            assert_eq!(profile.forecast == papers.forecast, profile.name != "curionav", "{source}");
             assert_eq!((profile.hold, profile.dt), (papers.hold, papers.dt), "{source}");
         }
         assert_eq!(all.len(), 25);

@@ -50,7 +50,7 @@ impl Kernel {
 }
 
 /// Euler's gamma function at 5/4, the integral of exp(-u^4) over u > 0.
-const GAMMA_5_4: f64 = 0.906_402_477_055_477_1;
+const GAMMA_5_4: f64 = 0.906_402_477_055_477;
 
 /// One component at one moment.
 #[derive(Debug, Clone)]

@@ -2,16 +2,14 @@
 
 use serde::Serialize;
 
+use super::action_part::{Nothing, Part, Uuid};
 use super::geometry::Time;
 use super::navigate_to_pose::{Navigated, NavigatingTo};
 use crate::cdr::{Cdr, CdrError, CdrFault, Reader, Writer, named};
 use crate::interface::Interface;
 use crate::limits::GOALS;
 use crate::message::Message;
-use crate::testing::{Random, Rng};
-
-/// Name of a goal, which its client invents.
-pub type Uuid = [u8; 16];
+use crate::random::{Random, Rng};
 
 const SEND_GOAL: Interface = Interface::new(
     "nav2_msgs/action/NavigateToPose_SendGoal",
@@ -111,38 +109,6 @@ message! {
     }
 }
 
-/// The goal, result or feedback of an action, which stands in a message with the goal's name or status.
-pub trait Part: Cdr {
-    /// Name of the message around it, such as `nav2_msgs/action/NavigateToPose_SendGoal_Request`.
-    const NAME: &'static str;
-    /// What stands in keys: of a goal or result that of its service.
-    const INTERFACE: Interface;
-    /// Bytes of that message at most.
-    const MAX_BYTES: usize;
-}
-
-/// Says of which message a type is a part, and what is known of that message.
-macro_rules! part {
-    ($name:ty = goal of $service:literal, $hash:literal, at most $most:expr) => {
-        part! { @ $name, concat!($service, "_Request"), $service, $hash, $most }
-    };
-    ($name:ty = result of $service:literal, $hash:literal, at most $most:expr) => {
-        part! { @ $name, concat!($service, "_Response"), $service, $hash, $most }
-    };
-    ($name:ty = feedback of $message:literal, $hash:literal, at most $most:expr) => {
-        part! { @ $name, $message, $message, $hash, $most }
-    };
-    (@ $name:ty, $message:expr, $interface:literal, $hash:literal, $most:expr) => {
-        impl $crate::messages::Part for $name {
-            const NAME: &'static str = $message;
-            const INTERFACE: $crate::interface::Interface =
-                $crate::interface::Interface::new($interface, $hash);
-            const MAX_BYTES: usize = $most;
-        }
-    };
-}
-pub(super) use part;
-
 /// Declares a message that has a [`Part`].
 macro_rules! with_part {
     ($(#[$attribute:meta])* $name:ident<$part:ident = $default:ty>; {
@@ -217,15 +183,5 @@ with_part! {
         goal_id: Uuid,
         /// How far it is.
         feedback
-    }
-}
-
-message! {
-    /// The empty message, which ROS fills with one byte.
-    #[derive(Copy, Eq)]
-    Nothing;
-    {
-        /// Means nothing.
-        structure_needs_at_least_one_member: u8,
     }
 }

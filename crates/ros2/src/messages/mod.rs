@@ -1,6 +1,7 @@
 //! The types of ROS 2 that a gateway for navigation needs. Fields have ROS's names, units and meanings.
 
 mod action;
+mod action_part;
 mod diagnostics;
 mod geometry;
 mod lifecycle;
@@ -18,8 +19,9 @@ mod waypoints;
 
 pub use action::{
     CancelGoalRequest, CancelGoalResponse, FeedbackMessage, GetResultRequest, GetResultResponse, GoalInfo,
-    GoalStatus, GoalStatusArray, Nothing, Part, SendGoalRequest, SendGoalResponse, Uuid,
+    GoalStatus, GoalStatusArray, SendGoalRequest, SendGoalResponse,
 };
+pub use action_part::{Nothing, Part, Uuid};
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry::{
     Duration, Header, Point, Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion,

@@ -1,6 +1,6 @@
 //! `nav2_msgs/action/NavigateToPose`: one goal, and the robot's own way to it.
 
-use super::action::{Nothing, Uuid, part};
+use super::action_part::{Nothing, Uuid, part};
 use super::geometry::{Duration, PoseStamped};
 use crate::interface::Interface;
 

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 use crate::cdr::{Cdr, CdrError, CdrFault, Reader, Writer};
 use crate::interface::Interface;
 use crate::limits::{PARAMETER_VALUES, PARAMETERS};
-use crate::testing::{Random, Rng};
+use crate::random::{Random, Rng};
 
 /// All parameters with their descriptions.
 const LIST: usize = 256 << 10;

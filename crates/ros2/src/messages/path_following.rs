@@ -1,6 +1,6 @@
 //! `nav2_msgs/action/FollowPath`, which is what a controller of Nav2 does, and `nav2_msgs/msg/SpeedLimit`.
 
-use super::action::{Nothing, part};
+use super::action_part::{Nothing, part};
 use super::geometry::{Header, PoseStamped};
 use super::navigation::Path;
 use crate::interface::Interface;

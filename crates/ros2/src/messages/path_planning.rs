@@ -1,6 +1,6 @@
 //! `nav2_msgs/action/ComputePathToPose` and `ComputePathThroughPoses`: a path, which is not driven.
 
-use super::action::part;
+use super::action_part::part;
 use super::geometry::{Duration, PoseStamped};
 use super::navigation::Path;
 use super::waypoints::Goals;

@@ -1,6 +1,6 @@
 //! `nav2_msgs/action/NavigateThroughPoses` and `FollowWaypoints`: several goals, one after the other.
 
-use super::action::part;
+use super::action_part::part;
 use super::geometry::{Duration, Header, PoseStamped};
 use crate::limits::WAYPOINTS;
 

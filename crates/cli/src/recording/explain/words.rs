@@ -223,7 +223,6 @@ mod tests {
             "It also keeps clear of something unseen that the driver braked for, 0.5 m away.".to_owned(),
             "For a while, terms with `gives_way` count".to_owned(),
             "It has stayed in one place for 4.0 s.".to_owned(),
-            "The others collide after 1.3 s at most.".to_owned(),
             "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %."
                 .to_owned(),
             format!("  Of the chosen candidate it says that the way beyond it counts {mean:.2} m longer,"),
