@@ -75,7 +75,7 @@ def test_a_picture_of_a_run(tmp_path: Path) -> None:
         env={**os.environ, "CURIONAV_BIN": str(program())},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout == "reached: 145 ticks, 4 people\n"
+    assert done.stdout == "reached: 136 ticks, 4 people\n"
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 

@@ -654,8 +654,8 @@ class MissionOrder(methods.MissionOrder, Record):
     """m"""
     goal_heading: Number | None = None
     """rad; absent if any will do"""
-    way: Annotated[F64, Array("f64", 1024, 2, low=2, high=1024)] | None = None
-    """[2..1024, 2] m: the way to the goal; absent if the robot may choose it"""
+    way: Annotated[F64, Array("f64", "points", 2, limit=1024)] | None = None
+    """[points, 2 <= 1024] m: the way to the goal, two points or more; absent for any"""
     goal_tolerance: Positive
     """m, positive"""
     profile: Params
@@ -731,11 +731,8 @@ class ChangeGoal(MissionCommand):
     """m"""
     heading: Number | None = None
     """rad; absent if any will do"""
-    way: Annotated[F64, Array("f64", 1024, 2, low=2, high=1024)] | None = None
-    """[2..1024, 2] m: the way there.
-
-    A robot that is on a way goes on meanwhile
-    """
+    way: Annotated[F64, Array("f64", "points", 2, limit=1024)] | None = None
+    """[points, 2 <= 1024] m: the way there, two points or more; the robot goes on meanwhile"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
