@@ -34,8 +34,8 @@ pub struct MissionOrder {
     /// Heading to arrive with, rad; absent if any will do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_heading: Option<f64>,
-    /// The way to the goal: x and y of each of its points, m in the map frame, from the robot to the goal. Absent if the
-    /// robot may choose it.
+    /// The way to the goal: x and y of each of its points, m in the map frame, from the robot to the goal. Absent if
+    /// the robot may choose it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub way: Option<F64Array>,
     /// Distance at which the goal counts as reached, m.

@@ -206,9 +206,9 @@ impl Drawn<'_> {
     ) -> Option<Vec<Walker>> {
         let size = group_size(crowd, left, random);
         let first = self.walker(crowd, regions, random)?;
-        let direction = first.route[0].distance(first.route[1]);
-        let across_x = (first.route[0].y - first.route[1].y) / direction;
-        let across_y = (first.route[1].x - first.route[0].x) / direction;
+        let length = first.route[0].distance(first.route[1]);
+        let across_x = (first.route[0].y - first.route[1].y) / length;
+        let across_y = (first.route[1].x - first.route[0].x) / length;
         let apart = 2.0 * self.floor.scenario.people.radius + WALKING_GAP_M;
         let members = (0..size).map(|k| {
             let aside = k as f64 * apart;

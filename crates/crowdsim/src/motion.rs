@@ -41,8 +41,8 @@ impl Walkers {
     }
 
     /// All walk for `dt` seconds, and see the robot where it is now. Scripted walkers wait for it. Avoiding walkers
-    /// walk around it, and around `others`: recorded and live people, who move by themselves. The heedless take no notice
-    /// of the robot. `radius` is a walker's, metres.
+    /// walk around it, and around `others`: recorded and live people, who move by themselves. The heedless take no
+    /// notice of the robot. `radius` is a walker's, metres.
     pub(crate) fn step(
         &mut self,
         dt: f64,

@@ -114,17 +114,6 @@ impl Fields {
         FieldsOf { fields: self, map, way: None, near: none.clone(), obstacles: none }
     }
 
-    /// The fields of one map on which obstacles stand besides, for a robot that is `here`. What a laser sees stays that
-    /// of the map. Without obstacles they are those of the map.
-    pub fn of_obstructed(
-        &self,
-        map: MapId,
-        obstacles: &Obstacles,
-        here: Point2,
-    ) -> Result<FieldsOf<'_>, Reject> {
-        self.of(map).obstructed(obstacles, here)
-    }
-
     /// Distances to `goal` on `map` for a robot that keeps `room` metres from walls.
     pub fn way(&self, map: &StaticMap, goal: Point2, room: f64) -> Result<Arc<GeodesicField>, Reject> {
         let [x, y, keeps] = [goal.x, goal.y, room].map(f64::to_bits);
@@ -181,7 +170,7 @@ impl FieldsOf<'_> {
         Self { way, ..self }
     }
 
-    /// The same with these obstacles, for a robot that is `here`.
+    /// The same with these obstacles, for a robot that is `here`. What a laser sees stays that of the map.
     ///
     /// # Errors
     /// If the map is not there.

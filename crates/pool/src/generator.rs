@@ -56,7 +56,8 @@ pub fn answer(
     }
     let fields = if warms_up { fields.clone() } else { fields.kept() };
     let scene = convert::scene(&request.scene);
-    let fields = fields.of_obstructed(request.map, &scene.obstacles, scene.belief.pose.position())?;
+    let here = scene.belief.pose.position();
+    let fields = fields.of(request.map).obstructed(&scene.obstacles, here)?;
     let map = fields.map()?;
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);

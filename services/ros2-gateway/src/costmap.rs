@@ -1,19 +1,14 @@
 //! A costmap of Nav2 as one more sensor: the nearest occupied cell in each direction.
 
-use std::f64::consts::{PI, TAU};
-
-use curionav_planning::beam::Beam;
-use curionav_planning::numerics::atan2;
 use curionav_ros2::messages as ros;
-use curionav_schemas::{Pose, Scan, Validate};
+use curionav_schemas::Scan;
 use nalgebra::{Isometry3, Point3};
 
 use crate::fault::Fault;
 use crate::frames::isometry;
 use crate::sensor_config::SensorConfig;
+use crate::surroundings::Surroundings;
 
-/// Directions that are told apart: at 4 m they are 3.5 cm apart.
-const DIRECTIONS: usize = 720;
 /// What Nav2 publishes of a cell in which something stands. Cells that are only near to one have less.
 const OCCUPIED: i8 = 100;
 
@@ -39,30 +34,17 @@ pub(crate) fn scan(
     let ros::Point { x, y, z } = said.info.origin.position;
     let base_from_cells = base_from_frame * isometry([x, y, z], said.info.origin.orientation)?;
     let most = config.reach();
-    let mut nearest = vec![f64::INFINITY; DIRECTIONS];
+    let mut surroundings = Surroundings::unknown();
     for (index, _) in said.data.iter().enumerate().filter(|(_, cell)| **cell >= OCCUPIED) {
-        let centre = |number: usize| (number as f64 + 0.5) * resolution;
-        let p = base_from_cells * Point3::new(centre(index % width), centre(index / width), 0.0);
+        let x = (index % width) as f64 + 0.5;
+        let y = (index / width) as f64 + 0.5;
+        let p = base_from_cells * Point3::new(x * resolution, y * resolution, 0.0);
         let metres = (p.x * p.x + p.y * p.y).sqrt();
         if metres >= radius && metres < most {
-            let place = (atan2(p.y, p.x) + PI) / TAU * DIRECTIONS as f64;
-            let direction = (place.max(0.0) as usize).min(DIRECTIONS - 1);
-            nearest[direction] = nearest[direction].min(metres);
+            surroundings.add(p.x, p.y);
         }
     }
-    let beam = |metres: &f64| if metres.is_finite() { Beam::Obstacle(*metres) } else { Beam::Silent };
-    let scan = Scan {
-        tick: 0,
-        stamp: 0.0,
-        angle_min: 0.5 * TAU / DIRECTIONS as f64 - PI,
-        angle_increment: TAU / DIRECTIONS as f64,
-        range_min: None,
-        range_max: most,
-        laser: Pose { x: 0.0, y: 0.0, heading: 0.0 },
-        ranges: nearest.iter().map(|metres| beam(metres).range()).collect(),
-    };
-    scan.validate().map_err(|reject| Fault::unusable(reject.to_string()))?;
-    Ok(scan)
+    surroundings.scan(0.0, 0.0, most)
 }
 
 #[cfg(test)]

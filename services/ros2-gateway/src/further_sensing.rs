@@ -1,21 +1,20 @@
 //! What further sensors see, from ROS to the scans that curionav has of them: seen from above, the nearest in each
 //! direction.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use curionav_planning::beam::Beam;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{atan2, sin_cos};
 use curionav_ros2::messages as ros;
 use curionav_runtime::convert;
-use curionav_schemas::{Pose, Scan, Validate};
+use curionav_schemas::Scan;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::fault::Fault;
 use crate::sensor_config::SensorConfig;
+use crate::surroundings::{Surroundings, beam, checked};
 
-/// Directions that are told apart around a camera: at 4 m they are 3.5 cm apart.
-const DIRECTIONS: usize = 720;
 /// Angle between two beams of a cone or a rim, rad.
 const STEP: f64 = 0.02;
 /// A cone is no thinner, rad: what measures along a line has no angle.
@@ -38,7 +37,7 @@ pub(crate) fn cloud(
     let layout = Layout::of(said)?;
     let from = base_from_sensor.translation;
     let [low, high] = config.band();
-    let mut nearest = vec![f64::INFINITY; DIRECTIONS];
+    let mut surroundings = Surroundings::unknown();
     let mut count = 0;
     let mut placed = 0;
     for [x, y, z] in layout.points(&said.data) {
@@ -51,40 +50,12 @@ pub(crate) fn cloud(
         if p.z < low || p.z > high || p.x * p.x + p.y * p.y < radius * radius {
             continue;
         }
-        let ahead = p.x - from.x;
-        let left = p.y - from.y;
-        let direction = direction_of(atan2(left, ahead));
-        nearest[direction] = nearest[direction].min((ahead * ahead + left * left).sqrt());
+        surroundings.add(p.x - from.x, p.y - from.y);
     }
     if count > 0 && placed == 0 {
         return Err(Fault::unusable(format!("none of its {count} points has a place: it sees nothing")));
     }
-    let most = config.reach();
-    checked(Scan {
-        tick: 0,
-        stamp: 0.0,
-        angle_min: 0.5 * TAU / DIRECTIONS as f64 - PI,
-        angle_increment: TAU / DIRECTIONS as f64,
-        range_min: None,
-        range_max: most,
-        laser: Pose { x: from.x, y: from.y, heading: 0.0 },
-        ranges: nearest.iter().map(|metres| beam(*metres, most).range()).collect(),
-    })
-}
-
-/// The number of the direction that a bearing, -pi to pi, lies in.
-fn direction_of(bearing: f64) -> usize {
-    let place = (bearing + PI) / TAU * DIRECTIONS as f64;
-    (place.max(0.0) as usize).min(DIRECTIONS - 1)
-}
-
-/// Something so far away, or nothing as far as `most`; of what is infinitely far away nothing is known.
-fn beam(metres: f64, most: f64) -> Beam {
-    match metres {
-        f64::INFINITY => Beam::Silent,
-        metres if metres >= most => Beam::Free(most),
-        metres => Beam::Obstacle(metres.max(1e-3)),
-    }
+    surroundings.scan(from.x, from.y, config.reach())
 }
 
 /// Where the coordinates of each point lie.
@@ -219,11 +190,6 @@ fn arc(from: Pose2, angle: f64, metres: f64, most: f64) -> Scan {
         laser: convert::pose_to_wire(from),
         ranges: vec![beam(metres, most).range(); gaps as usize + 1].into(),
     }
-}
-
-fn checked(scan: Scan) -> Result<Scan, Fault> {
-    scan.validate().map_err(|reject| Fault::unusable(reject.to_string()))?;
-    Ok(scan)
 }
 
 #[cfg(test)]

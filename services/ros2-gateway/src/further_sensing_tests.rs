@@ -1,7 +1,11 @@
+use std::f64::consts::TAU;
+
 use curionav_ros2::messages::PointField;
+use curionav_schemas::{Pose, Validate};
 use nalgebra::{Translation3, UnitQuaternion};
 
 use super::*;
+use crate::surroundings::DIRECTIONS;
 
 const RADIUS: f64 = 0.3;
 

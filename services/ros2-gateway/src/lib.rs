@@ -40,6 +40,7 @@ mod sensor_config;
 mod sensor_intake;
 mod service;
 mod subscriptions;
+mod surroundings;
 mod sweep;
 pub mod topics;
 mod tour;

@@ -42,7 +42,8 @@ curionav_planning::parameters! {
         #[serde(default)]
         pub required: bool,
         /// After how long without news it counts as silent: seconds of a clock that nothing sets. If it is left out:
-        /// 0.4 s, 2 s for a costmap, and never for a bumper that is not required, because many speak only when they are touched.
+        /// 0.4 s, 2 s for a costmap, and never for a bumper that is not required:
+        /// many speak only when they are touched.
         #[serde(default)]
         pub silence: Option<f64> [0.05, 2.0, "s", "a robot at 1 m/s is two metres on"],
         /// Points lower or higher than these are none, in the frame of the robot; of a cloud alone, which needs it.

@@ -184,8 +184,8 @@ curionav_planning::parameters! {
         /// Rest at each end of the route, seconds; for `loop` at the first point.
         #[serde(default)]
         pub pause_s: f64 [0.0, 3600.0, "s", "a longer rest outlasts the run"],
-        /// Whether this person takes no notice of the robot, and walks into it where their ways meet: only its body stops
-        /// one.
+        /// Whether this person takes no notice of the robot, and walks into it where their ways meet: only its body
+        /// stops one.
         #[serde(default, skip_serializing_if = "is_default")]
         pub heedless: bool,
     } check Self::leads_somewhere

@@ -85,15 +85,16 @@ struct Moment {
 impl CollisionRiskEvaluator {
     /// How badly the positions of all people are known after `t` seconds, m2, eight by eight.
     fn variances_after(&self, people: &People, t: f64) -> Vec<[f64; LANES]> {
-        let variance = |i: usize| {
-            if i < people.len() {
-                self.forecast.variance_at(people.speed(i), t) + people.variance_after(i, t)
-            } else {
-                0.0
-            }
-        };
-        let eight = |first: usize| std::array::from_fn(|lane| variance(first + lane));
-        (0..people.len()).step_by(LANES).map(eight).collect()
+        let firsts = (0..people.len()).step_by(LANES);
+        firsts.map(|first| std::array::from_fn(|lane| self.variance_after(people, first + lane, t))).collect()
+    }
+
+    /// The same of the i-th person; 0 beyond the last.
+    fn variance_after(&self, people: &People, i: usize, t: f64) -> f64 {
+        if i >= people.len() {
+            return 0.0;
+        }
+        self.forecast.variance_at(people.speed(i), t) + people.variance_after(i, t)
     }
 }
 

@@ -1,6 +1,7 @@
 //! A way that is given: what leaving it costs.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::geometry::Point2;
@@ -82,9 +83,10 @@ impl Way {
         let reach = (OFF / grid.resolution()).ceil() as usize + 1;
         for pair in self.points.windows(2) {
             let pieces = (pair[0].distance(pair[1]) / PIECE).ceil().max(1.0);
-            let at = |k: f64| between(pair[0], pair[1], k / pieces);
             for k in 0..pieces as u32 {
-                mark(&mut factors, grid, (at(f64::from(k)), at(f64::from(k + 1))), reach);
+                let from = between(pair[0], pair[1], f64::from(k) / pieces);
+                let to = between(pair[0], pair[1], f64::from(k + 1) / pieces);
+                mark(&mut factors, grid, (from, to), reach);
             }
         }
         OffWay { id: self.id, factors: factors.into() }
@@ -122,10 +124,8 @@ fn between(from: Point2, to: Point2, share: f64) -> Point2 {
 fn mark(factors: &mut [f32], grid: &OccupancyGrid, (from, to): (Point2, Point2), reach: usize) {
     let (c0, r0) = grid.grid_from_map(from);
     let (c1, r1) = grid.grid_from_map(to);
-    let first = |a: f64, b: f64| (a.min(b).floor().max(0.0) as usize).saturating_sub(reach);
-    let end = |a: f64, b: f64, most: usize| (a.max(b).ceil().max(0.0) as usize + reach + 1).min(most);
-    for row in first(r0, r1)..end(r0, r1, grid.height()) {
-        for column in first(c0, c1)..end(c0, c1, grid.width()) {
+    for row in around(r0, r1, reach, grid.height()) {
+        for column in around(c0, c1, reach, grid.width()) {
             let metres = to_segment(grid.centre(column, row), from, to);
             let share = ((metres - ON) / (OFF - ON)).clamp(0.0, 1.0);
             let factor = (1.0 + share * (OFF_FACTOR - 1.0)) as f32;
@@ -133,6 +133,13 @@ fn mark(factors: &mut [f32], grid: &OccupancyGrid, (from, to): (Point2, Point2),
             factors[index] = factors[index].min(factor);
         }
     }
+}
+
+/// The rows or columns between two places, in cells, and `reach` more on both sides, of a grid that has `count`.
+fn around(a: f64, b: f64, reach: usize, count: usize) -> Range<usize> {
+    let first = (a.min(b).floor().max(0.0) as usize).saturating_sub(reach);
+    let end = a.max(b).ceil().max(0.0) as usize + reach + 1;
+    first..end.min(count)
 }
 
 /// Distance of a point to the part between two others, metres.
