@@ -57,6 +57,14 @@ def dataset_file(file: str) -> Path:
         pytest.skip(str(error))
 
 
+def downloaded_file(file: str) -> Path:
+    """As `dataset_file`, for datasets that CURIONAV_REQUIRE_DATA does not ask for."""
+    try:
+        return locate(f"dataset:{file}")
+    except DatasetError as error:
+        pytest.skip(str(error))
+
+
 @dataclass
 class Up:
     """A deployment that is up."""

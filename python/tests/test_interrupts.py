@@ -36,6 +36,7 @@ PLACES = {
     "class Slow(runs.Asked):\n"
     "    def wait(self, timeout):\n"
     "        if timeout == runs.SCENARIO_TIMEOUT: here(); time.sleep(60)\n"
+    "        time.sleep(1.0)  # the run's first status comes before the answer is read\n"
     "        return super().wait(timeout)\n"
     "runs.Asked = Slow\n"
     "deployment.inject(scenario, **slowly)",

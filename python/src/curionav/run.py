@@ -103,24 +103,27 @@ class Run:
             self._subscribers.append(subscribe(session, decision_key, self._decisions.put))
             if crowd is not None:
                 self._crowd = CrowdThread(session, world, crowd, self._news.tell)
-            self._status = self._inject(keys.world(world, "scenario"), request)
-            self.id = self._status.run
+            self._inject(keys.world(world, "scenario"), request)
             if self._crowd is not None:
                 self._crowd.start()
         except BaseException:
             self.close()
             raise
 
-    def _inject(self, key: str, request: InjectRequest) -> RunStatus:
+    def _inject(self, key: str, request: InjectRequest) -> None:
         asked = Asked(self._session, key, RunStatus, request, SCENARIO_TIMEOUT)
         try:
-            return asked.wait(SCENARIO_TIMEOUT)
+            self._begin(asked.wait(SCENARIO_TIMEOUT))
         except KeyboardInterrupt:
             # The simulator may have begun: a run that its program never had must not go on.
             with contextlib.suppress(CurionavError):
-                self._status = asked.wait(_ASK_TIMEOUT)
+                self._begin(asked.wait(_ASK_TIMEOUT))
                 self.cancel()
             raise
+
+    def _begin(self, status: RunStatus) -> None:
+        self._status = status
+        self.id = status.run
 
     def _order_before(self, key: str) -> tuple[int, int]:
         """(epoch, seq) of the last decision before this run: what is not after it belongs to an earlier one."""
