@@ -36,6 +36,9 @@ crate::parameters! {
         /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people
         /// who stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
         pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
+        /// Whether people are forecast to stop before they walk into the robot where it is, if nothing is free
+        /// otherwise. Without it nothing is free where a person comes, not even to stand.
+        pub people_stop: bool = false,
     }
 }
 
@@ -80,6 +83,8 @@ pub struct CollisionChecker<'a> {
     touching_wall: Option<f64>,
     /// Most that may be asked of the gap between shape and each person, metres.
     person_cap: Vec<f64>,
+    /// How long each person walks on, seconds ([`CollisionParams::people_stop`]).
+    walks_for: Vec<f64>,
     /// Whether the robot has been in one place for [`CollisionParams::tight_after`].
     tight: bool,
 }
@@ -95,6 +100,10 @@ impl<'a> CollisionChecker<'a> {
     pub const GUARD: f64 = 0.03;
     /// Greatest distance between wall checks along a segment, metres.
     pub const WALL_SPACING: f64 = 0.1;
+    /// Between two moments at which a person may stop before the robot, seconds.
+    const STOP_STEP: f64 = 0.1;
+    /// How hard people brake who stop for a robot, m/s2: comfortably.
+    const PERSON_BRAKING: f64 = 1.0;
     /// Poses at which a polygon passing close to a person is checked within one segment.
     const POLYGON_POSES: u32 = 6;
 
@@ -129,6 +138,7 @@ impl<'a> CollisionChecker<'a> {
             wall_room,
             touching_wall: None,
             person_cap: Vec::new(),
+            walks_for: vec![f64::INFINITY; scene.people.len()],
             tight,
         };
         checker.relax_walls();
@@ -138,7 +148,32 @@ impl<'a> CollisionChecker<'a> {
                 if now > Self::GUARD { (now - Self::SLACK).max(Self::GUARD) } else { now - 1e-3 }
             })
             .collect();
+        if params.people_stop {
+            checker.walks_for = (0..scene.people.len()).map(|i| checker.until_stopped(i)).collect();
+        }
         checker
+    }
+
+    /// Seconds until the i-th person has come as near to the robot as it may, if the robot stays where it is. Infinite
+    /// for those who pass, and for those who come too fast to stop before it: for these it is time to stand.
+    fn until_stopped(&self, i: usize) -> f64 {
+        let start = self.start.position();
+        let steps = (self.params.horizon / Self::STOP_STEP).ceil() as usize;
+        let least = 0.5 * self.people.speed(i) / Self::PERSON_BRAKING;
+        for step in 0..steps {
+            let t = step as f64 * Self::STOP_STEP;
+            let position = self.people.position_after(i, t);
+            let approach =
+                (start.x - position.x) * self.people.vx[i] + (start.y - position.y) * self.people.vy[i];
+            if approach <= 0.0 {
+                return f64::INFINITY;
+            }
+            let next = t + Self::STOP_STEP;
+            if self.gap(self.start, self.people.position_after(i, next)) < self.gap_asked(i, next) {
+                return if t < least { f64::INFINITY } else { t };
+            }
+        }
+        f64::INFINITY
     }
 
     /// Lowers what is asked of walls to what the robot has now.
@@ -235,7 +270,7 @@ impl<'a> CollisionChecker<'a> {
 
     /// How far ahead the i-th person is forecast, to know where the person is `t` seconds from now, seconds.
     fn ahead(&self, i: usize, t: f64) -> f64 {
-        if self.stands(i) { 0.0 } else { t }
+        if self.stands(i) { 0.0 } else { t.min(self.walks_for[i]) }
     }
 
     /// Where the i-th person is forecast to be `t` seconds from now.

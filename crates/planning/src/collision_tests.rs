@@ -107,6 +107,32 @@ fn people_who_stand_stay_where_they_are_and_a_robot_that_does_not_get_away_goes_
 }
 
 #[test]
+fn people_who_would_walk_into_the_robot_stop_before_it_where_that_is_counted_on() {
+    let map = map();
+    let robot = RobotModel::default();
+    let here = Pose2::new(5.0, 10.0, 0.0);
+    let params = CollisionParams { people_stop: true, ..CollisionParams::default() };
+    let is_free = |s: &Scene, params: &CollisionParams, way: &States| {
+        let forecast = ForecastParams::default();
+        CollisionChecker::new(&map, &robot, s, forecast, params).first_collision(way, 0.3).is_none()
+    };
+    let standing = straight(0.0);
+    let aside = states(&(1..=10).map(|k| (5.0, 10.0 + 0.1 * f64::from(k), 0.0)).collect::<Vec<_>>());
+    let comes = scene(here, &[(7.5, 10.0, -1.0, 0.0)]);
+    assert!(!is_free(&comes, &CollisionParams::default(), &standing));
+    assert!(is_free(&comes, &params, &standing));
+    assert!(is_free(&comes, &params, &aside));
+    // It drives at the person, who only stops for a robot that is where it was.
+    assert!(!is_free(&comes, &params, &straight(0.5)));
+    // Others walk on as before: one who passes in front, and one who will touch the robot within half a second.
+    let passes = scene(here, &[(6.2, 11.5, 0.0, -1.0)]);
+    assert!(is_free(&passes, &params, &standing));
+    assert!(!is_free(&passes, &params, &straight(0.8)));
+    let touches = scene(here, &[(6.2, 10.0, -1.0, 0.0)]);
+    assert!(!is_free(&touches, &params, &standing));
+}
+
+#[test]
 fn people_are_met_where_they_will_be_not_where_they_are() {
     // stands on the way, but walks off to the side in time
     assert_eq!(first(&scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 1.0)]), 1.0), None);

@@ -32,14 +32,31 @@ impl GeneratorKind {
         let allowed = input.robot.slowed(share);
         let robot = allowed.forwards();
         // What is slow is so in comparison with what is allowed.
-        let params = GeneratorPart { min_speed: share * input.params.min_speed, ..input.params.clone() };
-        let input = &GenerationInput { robot: &robot, params: &params, ..*input };
+        let mut params = GeneratorPart { min_speed: share * input.params.min_speed, ..input.params.clone() };
         let pace = Pace::new(spent);
-        let generated = match recovery::ways_out(input, allowed.v_reverse, &pace) {
-            Some(candidates) => Generated { candidates, tree: tree.unwrap_or_default() },
-            None => (self.grow)(input, tree, &pace),
-        };
+        // People who stop are counted on only where nothing is free otherwise.
+        let people_stop = std::mem::replace(&mut params.collision.people_stop, false);
+        let first_try = GenerationInput { robot: &robot, params: &params, ..*input };
+        let mut generated = self.generate_once(&first_try, allowed.v_reverse, tree, &pace);
+        if people_stop && generated.candidates.is_empty() {
+            params.collision.people_stop = true;
+            let second_try = GenerationInput { robot: &robot, params: &params, ..*input };
+            generated = self.generate_once(&second_try, allowed.v_reverse, Some(generated.tree), &pace);
+        }
         (generated, pace.has_cut())
+    }
+
+    fn generate_once(
+        &self,
+        input: &GenerationInput<'_>,
+        v_reverse: f64,
+        tree: Option<Tree>,
+        pace: &Pace<'_>,
+    ) -> Generated {
+        match recovery::ways_out(input, v_reverse, pace) {
+            Some(candidates) => Generated { candidates, tree: tree.unwrap_or_default() },
+            None => (self.grow)(input, tree, pace),
+        }
     }
 }
 
