@@ -8,6 +8,7 @@ goes with a binary. It reads the crates' sources, which Cargo keeps after a buil
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import subprocess
 import sys
@@ -17,6 +18,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TARGETS = ("x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu")
 """For which programs are published."""
+MANIFESTS = ("crates/cli/Cargo.toml", "python/native/Cargo.toml")
+"""The program, and the extension module of the Python package."""
 FILES = ("licen", "copying", "notice", "copyright", "unlicense")
 """How the names of files about a licence begin."""
 
@@ -29,11 +32,11 @@ def cargo(*arguments: str) -> str:
 
 
 def linked() -> dict[tuple[str, str], str]:
-    """(name, version) of every crate of others that is linked into the program, with its licence."""
+    """(name, version) of every crate of others that is linked into program or module, with its licence."""
     found = {}
-    for target in TARGETS:
+    for manifest, target in itertools.product(MANIFESTS, TARGETS):
         tree = cargo(
-            "tree", "--package", "curionav", "--edges", "normal", "--prefix", "none",
+            "tree", "--manifest-path", manifest, "--edges", "normal", "--prefix", "none",
             "--target", target, "--format", "{p}|{l}",
         )  # fmt: skip
         for line in tree.splitlines():
@@ -50,9 +53,11 @@ def linked() -> dict[tuple[str, str], str]:
 def texts(crates: dict[tuple[str, str], str]) -> dict[str, list[str]]:
     """Every licence text, with the crates that have it."""
     folders = {}
-    for target in TARGETS:
+    for manifest, target in itertools.product(MANIFESTS, TARGETS):
         metadata = cargo(
             "metadata",
+            "--manifest-path",
+            manifest,
             "--format-version",
             "1",
             "--filter-platform",

@@ -48,6 +48,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     (folder / "dist" / "bin").mkdir(parents=True)
     shutil.copy(program(), folder / "dist" / "bin" / "curionav")
+    (folder / "dist" / "lib").mkdir()
+    module = pytest.importorskip("curionav_native", reason="no extension module; pip install ./python with Cargo")
+    shutil.copy(module.__file__, folder / "dist" / "lib" / "curionav_native.abi3.so")
     shutil.copy(ROOT / "LICENSE", folder / "dist")
     shutil.copy(ROOT / "crates" / "cli" / "licences.txt", folder / "dist" / "THIRD-PARTY.txt")
     subprocess.run(
@@ -130,12 +133,13 @@ def newcomer(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 
 def test_the_wheel_holds_the_program_for_this_machine_and_the_licences(wheel: Path) -> None:
-    assert re.fullmatch(rf"curionav-[\d.]+-py3-none-linux_{os.uname().machine}\.whl", wheel.name), wheel.name
+    assert re.fullmatch(rf"curionav-[\d.]+-cp311-abi3-linux_{os.uname().machine}\.whl", wheel.name), wheel.name
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         (script,) = [name for name in names if name.endswith(".data/scripts/curionav")]
         assert archive.read(script) == program().read_bytes()
-    for wanted in (r"curionav/__init__\.py", r"curionav_view/command\.py", r".*/LICENSE", r".*/THIRD-PARTY\.txt"):
+    packages = (r"curionav/__init__\.py", r"curionav_native\.abi3\.so", r"curionav_view/command\.py")
+    for wanted in (*packages, r".*/LICENSE", r".*/THIRD-PARTY\.txt"):
         assert any(re.fullmatch(wanted, name) for name in names), wanted
 
 

@@ -1,6 +1,7 @@
-"""Drive a running curionav deployment from Python.
+"""Run curionav in process, or drive a running deployment.
 
 >>> import curionav
+>>> print(curionav.run("quickstart").measures)                              # doctest: +SKIP
 >>> with curionav.connect("tcp/127.0.0.1:7447") as deployment:            # doctest: +SKIP
 ...     with deployment.inject("scenarios/quickstart.toml", seed=1) as run:
 ...         for report in run:
@@ -31,26 +32,35 @@ from .errors import (
     ScenarioError,
 )
 from .evaluation import Evaluator, evaluator
+from .in_process import Localizer, PeopleTracker, Plan, Planner, World, load_map, run
+from .injected_run import Run
+from .local import local
 from .messages import (
+    Belief,
     CandidateSet,
     Clock,
     CycleReport,
     Decision,
     EvaluateRequest,
+    LaserModel,
     Mission,
     OccupancyGrid,
+    Odometry,
+    OdometryNoise,
     People,
+    RobotModel,
     RunStatus,
+    Scan,
     Scene,
 )
 from .result import Result
-from .run import Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
 from .words import say, say_all
 
 __all__ = [
     "BaseLease",
+    "Belief",
     "CandidateSet",
     "Clock",
     "ConnectionFailed",
@@ -68,23 +78,36 @@ __all__ = [
     "EvaluatorServer",
     "FileError",
     "IncompleteResult",
+    "LaserModel",
+    "Localizer",
     "MessageError",
     "MissingExtra",
     "Mission",
     "NoAnswer",
     "OccupancyGrid",
+    "Odometry",
+    "OdometryNoise",
     "People",
+    "PeopleTracker",
+    "Plan",
+    "Planner",
     "Rejected",
     "Result",
+    "RobotModel",
     "Run",
     "RunFailed",
     "RunStatus",
+    "Scan",
     "Scenario",
     "ScenarioError",
     "Scene",
     "Service",
+    "World",
     "connect",
     "evaluator",
+    "load_map",
+    "local",
+    "run",
     "say",
     "say_all",
 ]

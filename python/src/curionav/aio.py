@@ -25,10 +25,10 @@ from .crowd import CrowdFunction
 from .errors import CurionavError
 from .evaluation import Evaluator
 from .explain import Explanation
+from .injected_run import _POLL_PERIOD, Run
 from .messages import Clock, CycleReport, Decision, Lease, Mission, OccupancyGrid, RunStatus
 from .profiles import Planner
 from .result import Result
-from .run import _POLL_PERIOD, Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
 from .session import Mailbox

@@ -6,8 +6,7 @@ import os
 import time
 import weakref
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import zenoh
 
@@ -17,11 +16,12 @@ from .commands import UNPROVEN, command, lease_of, pause
 from .crowd import Crowd, CrowdFunction
 from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
+from .injected_run import SCENARIO_TIMEOUT, Run
+from .injection import Playable, injection, scenario_of
 from .messages import (
     Cancel,
     ChangeGoal,
     Clock,
-    InjectRequest,
     Lease,
     Message,
     Mission,
@@ -31,8 +31,6 @@ from .messages import (
     ServiceStatus,
 )
 from .profiles import Planner
-from .run import SCENARIO_TIMEOUT, Run
-from .scenario import Scenario
 from .secure import Identity
 from .serving import EvaluatorServer
 from .session import alive, ask, check_session, close_at_exit, is_forked, open_session
@@ -100,24 +98,6 @@ def _accepted(mission: Mission) -> Mission:
     return mission
 
 
-def _scenario(given: Scenario | str | Path | dict[str, Any]) -> Scenario:
-    if isinstance(given, Scenario):
-        return given
-    return Scenario.from_dict(given) if isinstance(given, dict) else Scenario.load(given)
-
-
-def _injection(
-    scenario: Scenario,
-    planner: Planner | None,
-    seed: int = 1,
-    clock: Clock = "lockstep",
-    time_scale: float = 1.0,
-) -> InjectRequest:
-    tables, files = scenario.packed()
-    profile = scenario.profile(planner)
-    return InjectRequest(scenario=tables, files=files, profile=profile, seed=seed, clock=clock, time_scale=time_scale)
-
-
 class Deployment(Closable):
     """A connection to a deployment, made by `connect`; a context manager that closes it."""
 
@@ -131,7 +111,7 @@ class Deployment(Closable):
 
     def inject(
         self,
-        scenario: Scenario | str | Path | dict[str, Any],
+        scenario: Playable,
         planner: Planner | None = None,
         seed: int = 1,
         clock: Clock = "lockstep",
@@ -163,13 +143,11 @@ class Deployment(Closable):
             ScenarioError: The scenario cannot be sent: a file it names is missing, or there is no such planner.
             NoAnswer: No simulator of this world is there.
         """
-        found = _scenario(scenario)
-        request = _injection(found if crowd is None else found.with_live_people(), planner, seed, clock, time_scale)
+        found = scenario_of(scenario)
+        request = injection(found if crowd is None else found.with_live_people(), planner, seed, clock, time_scale)
         return Run(self._open(), request, world, robot, crowd=crowd, by=self._by)
 
-    def validate(
-        self, scenario: Scenario | str | Path | dict[str, Any], planner: Planner | None = None, *, world: str = "world"
-    ) -> None:
+    def validate(self, scenario: Playable, planner: Planner | None = None, *, world: str = "world") -> None:
         """Checks a scenario as `inject` would, map and routes included, and runs nothing.
 
         Raises:
@@ -177,7 +155,7 @@ class Deployment(Closable):
             ScenarioError: It cannot be sent: a file it names is missing, or there is no such planner.
             NoAnswer: No simulator of this world is there.
         """
-        request = _injection(_scenario(scenario), planner)
+        request = injection(scenario_of(scenario), planner, 1)
         self._ask(keys.world(world, "check"), RunStatus, request, SCENARIO_TIMEOUT)
 
     def crowd(self, world: str = "world") -> Crowd:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any
 
 from .words import say
@@ -28,14 +29,16 @@ class Rejected(CurionavError):  # noqa: N818
         why: The refusal: its ``code`` and the parameters of that code (``refusal`` in ``schemas/service.cddl``).
         code: What kind of refusal it is, for a program, such as ``out_of_range``, ``overloaded`` or ``stopped``.
         reason: What is wrong, for a person.
+        file: The file that the field is in, if it is known.
     """
 
-    def __init__(self, field: str | None, why: dict[str, Any]) -> None:
+    def __init__(self, field: str | None, why: dict[str, Any], file: Path | None = None) -> None:
         self.field = field
         self.why = why
         self.code: str = why["code"]
         self.reason = say("refusal", why)
-        super().__init__(f"{field}: {self.reason}" if field else self.reason)
+        self.file = file
+        super().__init__(": ".join(str(part) for part in (file, field, self.reason) if part))
 
 
 class EvaluatorError(CurionavError):

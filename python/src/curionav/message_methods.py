@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .array import F32, F64, I8, U8, U32
 from .errors import DecodeError
@@ -72,6 +72,36 @@ class People(Record):
     position_covariance: F64 | None
     velocity_covariance: F64 | None
 
+    @classmethod
+    def at(
+        cls,
+        x: ArrayLike,
+        y: ArrayLike,
+        vx: ArrayLike | None = None,
+        vy: ArrayLike | None = None,
+        *,
+        id: ArrayLike | None = None,  # noqa: A002 - what it is
+        radius: float = 0.25,
+        stamp: float = 0.0,
+    ) -> Self:
+        """People whose places are known without error, for a planner of one's own world.
+
+        Args:
+            x: Of shape [people], m, map frame.
+            y: As ``x``.
+            vx: m/s; by default they stand.
+            vy: As ``vx``.
+            id: Steady over time; by default 0, 1, 2 and so on.
+            radius: Of a person, m.
+            stamp: s, robot clock.
+        """
+        places = np.asarray(x, np.float64)
+        still = np.zeros(places.shape)
+        columns = {"x": places, "y": y, "vx": still if vx is None else vx, "vy": still if vy is None else vy}
+        fields: dict[str, Any] = {name: np.asarray(values, np.float64) for name, values in columns.items()}
+        fields["id"] = np.asarray(np.arange(places.size) if id is None else id, np.uint32)
+        return cls(**fields, **{"tick": 0, "stamp": stamp, "frame": "map", "radius": radius})
+
     def check(self) -> None:
         """No variance is negative."""
         for name in ("position_covariance", "velocity_covariance"):
@@ -88,6 +118,36 @@ class Belief(Record):
     """A mean with its covariance."""
 
     covariance: F64
+
+    @classmethod
+    def at(
+        cls,
+        x: float,
+        y: float,
+        heading: float,
+        *,
+        covariance: F64 | None = None,
+        v: float = 0.0,
+        omega: float = 0.0,
+        stamp: float = 0.0,
+    ) -> Self:
+        """What a robot believes that has no doubt of its place, for a planner of one's own world.
+
+        Args:
+            x: m, map frame.
+            y: m.
+            heading: rad.
+            covariance: Of shape [3, 3]; by default 0.05 m and 0.02 rad.
+            v: How fast it drives, m/s.
+            omega: How fast it turns, rad/s.
+            stamp: s, robot clock.
+        """
+        from .messages import Health  # noqa: PLC0415 - the module of the messages imports this one
+
+        known = np.diag([0.0025, 0.0025, 0.0004]) if covariance is None else np.asarray(covariance, np.float64)
+        fields: dict[str, Any] = {"x": x, "y": y, "heading": heading, "v": v, "omega": omega, "covariance": known}
+        fields["health"] = Health(outside_weight=0.0, scan_fit=1.0, particles=1, confidence="sure")
+        return cls(**fields, **{"tick": 0, "stamp": stamp})
 
     def check(self) -> None:
         """No variance is negative."""

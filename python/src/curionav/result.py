@@ -40,8 +40,8 @@ class Result:
         trace: What happened, one array of shape [rows] per column, one row per tick, of a long run per so many
             ticks: ``time_s``, ``true_x``, ``belief_x`` and so on; m, rad, s.
         people: Where the people were in these rows.
-        order: The mission: goal, tolerance, robot and so on; ``None`` unless the result comes from a recording.
-        grid: The map; ``None`` unless the result comes from a recording.
+        order: The mission: goal, tolerance, robot and so on; ``None`` unless it comes from `run` or a recording.
+        grid: The map; ``None`` unless it comes from `run` or a recording.
     """
 
     scenario: str

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 import re
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import yaml
 
+from . import built_in_scenarios
 from .datasets import locate
 from .errors import DatasetError, ScenarioError
 from .field_types import Fault, plain
@@ -28,21 +30,26 @@ class Scenario:
         data: The scenario's tables; change them as you like before injecting it. Positions are in m, map frame,
             headings in rad.
         base: Directory that relative names of files start from.
+        file: The file that it was read from, if it was.
     """
 
-    def __init__(self, data: dict[str, Any], base: str | Path = ".") -> None:
+    def __init__(self, data: dict[str, Any], base: str | Path = ".", file: Path | None = None) -> None:
         self.data = data
         self.base = Path(base)
+        self.file = file
 
     @classmethod
-    def load(cls, path: str | Path) -> Scenario:
-        """Reads a scenario file (TOML).
+    def load(cls, path: str | os.PathLike[str]) -> Scenario:
+        """Reads a scenario file (TOML), or a scenario that comes with the package.
+
+        Args:
+            path: The file, or a name such as ``quickstart`` or ``dense/plaza-hrvo-02``, which has no ending.
 
         Raises:
-            ScenarioError: The file cannot be read or is not TOML.
+            ScenarioError: The file cannot be read or is not TOML, or no scenario has this name.
         """
-        path = Path(path)
-        return cls(read_toml(path, ""), path.parent)
+        path = Path(path) if Path(path).suffix or Path(path).is_file() else built_in_scenarios.find(os.fspath(path))
+        return cls(read_toml(path, ""), path.parent, path)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], base: str | Path = ".") -> Scenario:
@@ -59,7 +66,7 @@ class Scenario:
                 ``weight * cost / (scale * states)``.
             when: ``always``, or ``uncertain``: only while the robot is unsure where it is.
         """
-        changed = Scenario.from_dict(self.data, self.base)
+        changed = self._copy()
         terms = changed.data.setdefault("profile", {}).setdefault("terms", {})
         terms[term] = {"scale": float(scale), "weight": float(weight), "when": when}
         return changed
@@ -70,7 +77,7 @@ class Scenario:
         Args:
             patience_s: How long a run waits for them before it is given up, s of wall time.
         """
-        changed = Scenario.from_dict(self.data, self.base)
+        changed = self._copy()
         changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
         return changed
 
@@ -82,7 +89,7 @@ class Scenario:
                 they are as far off on the map as the robot's belief; ``tracked``: by the service ``tracker``, from the
                 laser alone; ``tracked-all-round``: the same with a laser that sees all around, its beams as far apart.
         """
-        changed = Scenario.from_dict(self.data, self.base)
+        changed = self._copy()
         perception = changed.data.setdefault("perception", {})
         tracked = known in ("tracked", "tracked-all-round")
         perception["source"] = "tracker" if tracked else "truth"
@@ -95,6 +102,9 @@ class Scenario:
             if 0.0 < fov < math.tau - 1e-9:
                 laser.update(fov=math.tau, beams=round(max(beams - 1, 1) * math.tau / fov))
         return changed
+
+    def _copy(self) -> Scenario:
+        return Scenario(copy.deepcopy(self.data), self.base, self.file)
 
     def profile(self, planner: Planner | None = None) -> dict[str, Any]:
         """The whole planner profile: the one of this name, by default the scenario's own, with its ``[profile]``.

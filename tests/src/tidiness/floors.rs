@@ -54,6 +54,9 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "crates/lab" => {
             [services(), vec!["curionav-deployment", "curionav-picture", IN_PROCESS, TRUTH]].concat()
         }
+        "python/native" => {
+            vec![PLANNING, SCHEMAS, MISSION, LOCALIZATION, TRACKING, ROBOT, IN_PROCESS, TRUTH]
+        }
         "crates/cli" | "tests" => ours(),
         _ => return None,
     })
@@ -169,7 +172,14 @@ fn only_those_who_make_or_judge_the_truth_can_see_it() {
         crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
     assert_eq!(
         seers,
-        ["crates/deployment", "crates/in-process", "crates/lab", "services/simulator", "tests"]
+        [
+            "crates/deployment",
+            "crates/in-process",
+            "crates/lab",
+            "python/native",
+            "services/simulator",
+            "tests"
+        ]
     );
 }
 
@@ -186,6 +196,7 @@ fn pure_crates_and_schemas_build_and_test_without_zenoh() {
         "crates/mission",
         "crates/robot",
         "crates/in-process",
+        "python/native",
     ];
     let networked = ["zenoh", "tokio", "async-std", "smol", "mio"];
     let mut offences = Vec::new();

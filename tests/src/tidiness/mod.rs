@@ -2,6 +2,7 @@
 
 mod circles;
 mod documents;
+mod extension_module;
 mod floors;
 mod imports;
 mod layout;
