@@ -92,6 +92,15 @@ pub fn every_robot(stream: &str) -> Result<String, KeyError> {
 /// The role of trajectory generators. An evaluator's role is the name of its term.
 pub const GENERATOR: &str = "generator";
 
+/// What the role of a planner of one's own begins with: it is `own-` and the planner's name. It generates, and is asked
+/// under the keys of a term of that name.
+pub const OWN_PLANNER: &str = "own-";
+
+/// Whether a role is asked for candidates, and not what they cost.
+pub fn generates(role: &str) -> bool {
+    role == GENERATOR || role.starts_with(OWN_PLANNER)
+}
+
 /// The role of drivers.
 pub const DRIVER: &str = "driver";
 

@@ -24,6 +24,7 @@ use crate::things::things;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package, Perception};
+use curionav_own_planner::Source;
 use curionav_runtime::exit::Exit;
 
 const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
@@ -41,7 +42,9 @@ pub(crate) struct RunOptions {
     /// Scenario file, or the built-in `quickstart`.
     #[arg(value_name = "SCENARIO.toml")]
     scenario: PathBuf,
-    /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
+    /// Planner: a built-in profile, a profile file (.toml), or a planner of one's own: a name in a Python file
+    /// (mine.py:policy) or a program (./planner). In a deployment `curionav planner` serves the latter. Default: the
+    /// scenario's.
     #[arg(long, value_name = "PROFILE")]
     planner: Option<String>,
     /// How people are known: truth, robot-frame (the truth as seen from the robot), tracked (by the service tracker,
@@ -125,7 +128,8 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         session::close(&session);
         finished?
     } else {
-        let config = ServiceConfig { takes_turns: options.is_lockstep(), ..config };
+        let planner = options.planner.clone().filter(|it| matches!(Source::parse(it), Ok(Some(_))));
+        let config = ServiceConfig { takes_turns: options.is_lockstep(), planner, ..config };
         let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
         let session = embedded.session.clone();
         let finished = tokio::select! {

@@ -23,7 +23,9 @@ impl Embedded {
     /// does the work of the pools.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
         let mut kinds = Kind::simulated();
-        kinds.retain(|kind| !(config.takes_turns && kind.is_of_pool()));
+        // A planner of one's own is asked by the arbiter, alone or not.
+        let is_asked = |kind: Kind| !kind.is_of_pool() || kind == Kind::Generator && config.planner.is_some();
+        kinds.retain(|kind| !config.takes_turns || is_asked(*kind));
         Self::of(&kinds, session::embedded().await?, config).await
     }
 

@@ -8,6 +8,7 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_datasets::locate;
+use curionav_own_planner::{Attended, Source};
 use curionav_planning::occupancy::{MapSurvey, MapYaml, OccupancyGrid};
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
@@ -22,8 +23,10 @@ use crate::files::{MapFiles, bytes, text as text_of};
 /// What may differ from the scenario file.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
-    /// A built-in profile's name, or a profile file.
+    /// A built-in profile's name, a profile file, or a planner of one's own.
     pub planner: Option<String>,
+    /// The profile of that planner, if it has been read.
+    pub profile: Option<Profile>,
     /// Seed of everything random.
     pub seed: Option<u64>,
     /// Search trees of each cycle, in place of the profile's.
@@ -147,7 +150,7 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     }
     let files = sent.files;
     let chosen = choice.planner.as_deref().unwrap_or(&scenario.planner.profile);
-    let mut profile = read_profile(chosen)?;
+    let mut profile = choice.profile.clone().map_or_else(|| read_profile(chosen), Ok)?;
     // What is sent is the whole profile, so that the simulator needs to know none.
     if let Some(overrides) = scenario.profile.take() {
         profile = profile
@@ -234,15 +237,22 @@ impl Sent<'_> {
     }
 }
 
-/// A planner by a built-in profile's name or a profile file.
+/// A planner by a built-in profile's name or a profile file. A planner of one's own is started and asked.
 pub fn read_profile(name: &str) -> anyhow::Result<Profile> {
     if let Some(profile) = Profile::builtin(name) {
         return Ok(profile);
     }
+    if let Some(source) = Source::parse(name)? {
+        let attended = Attended::start(source)?;
+        return attended.description().profile(attended.source());
+    }
     let path = PathBuf::from(name);
     if path.extension().is_none_or(|e| e != "toml") {
         let known: Vec<&str> = Profile::names().collect();
-        bail!("unknown planner `{name}`; use one of {}, or a .toml file", known.join(", "));
+        bail!(
+            "unknown planner `{name}`; use one of {}, a .toml file, FILE.py:NAME or ./PROGRAM",
+            known.join(", ")
+        );
     }
     let text = text_of(&path)?;
     Profile::from_toml(&text).with_context(|| path.display().to_string())

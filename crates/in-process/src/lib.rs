@@ -15,4 +15,4 @@ pub mod robot;
 pub mod sensed;
 
 pub use inject::{Prepared, prepare};
-pub use lockstep::{play, play_while};
+pub use lockstep::{play, play_by, play_while};

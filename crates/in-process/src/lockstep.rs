@@ -2,6 +2,7 @@
 
 use curionav_crowdsim::scenario::PeopleKind;
 use curionav_mission::fields::Fields;
+use curionav_robot::arbiter::own_planner::OwnPlanner;
 use curionav_schemas::{MissionEnd, Refusal, Reject, RunResult};
 
 use crate::inject::Prepared;
@@ -26,13 +27,26 @@ pub fn play_while(
     fields: &Fields,
     goes_on: &mut dyn FnMut() -> bool,
 ) -> Result<RunResult, Box<MissionEnd>> {
+    play_by(None, prepared, fields, goes_on)
+}
+
+/// As [`play_while`], with the planner of one's own that the profile names as its generator.
+///
+/// # Errors
+/// As those of [`play_while`].
+pub fn play_by(
+    own: Option<Box<dyn OwnPlanner>>,
+    prepared: Prepared,
+    fields: &Fields,
+    goes_on: &mut dyn FnMut() -> bool,
+) -> Result<RunResult, Box<MissionEnd>> {
     let Prepared { mut world, order, profile, .. } = prepared;
     if world.scenario().people.kind == PeopleKind::Live {
         let detail = "is `live`, and a run in one process has no people from elsewhere; use a deployment";
         return Err(world_failed(Refusal::invalid(detail).at("people.kind")));
     }
     let mut judge = Judge::new(order.plan_every);
-    let mut robot = Robot::new(order, fields)?;
+    let mut robot = Robot::planned_by(own, order, fields)?;
     let outcome = loop {
         if let Some(outcome) = outcome_of(robot.mission())? {
             break outcome;

@@ -13,9 +13,10 @@ use curionav_planning::arbitration::Localising;
 use curionav_planning::geometry::{Point2, Twist};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::planner::Course;
-use curionav_robot::arbiter::cycle::{Failure, look_around, observe, plan, stand};
+use curionav_robot::arbiter::cycle::{Failure, look_around, observe, plan_with, stand};
 use curionav_robot::arbiter::memory::Memory;
 use curionav_robot::arbiter::obstacle_watch::{Explained, ObstacleWatch};
+use curionav_robot::arbiter::own_planner::OwnPlanner;
 use curionav_robot::driver::decision_fence::DecisionFence;
 use curionav_robot::driver::drive::{Drive, Grounds, Now, given_up};
 use curionav_robot::driver::guard::Guard;
@@ -45,6 +46,8 @@ pub struct Robot {
     tracking: Option<PeopleTracking>,
     course: Course,
     watch: ObstacleWatch,
+    /// What proposes candidates in the place of a built-in generator.
+    own: Option<Box<dyn OwnPlanner>>,
     memory: Memory,
     localising: Localising,
     fence: DecisionFence,
@@ -69,6 +72,18 @@ impl Robot {
     /// # Errors
     /// The mission is refused, as a driver or a role would refuse it.
     pub fn new(order: MissionOrder, fields: &Fields) -> Result<Self, Box<MissionEnd>> {
+        Self::planned_by(None, order, fields)
+    }
+
+    /// As [`Self::new`], with the planner of one's own that the profile of `order` names as its generator.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and if the profile names such a planner and there is none.
+    pub fn planned_by(
+        own: Option<Box<dyn OwnPlanner>>,
+        order: MissionOrder,
+        fields: &Fields,
+    ) -> Result<Self, Box<MissionEnd>> {
         let mut current = CurrentMission::new(Base::Simulated, 1);
         current.set_lease(LEASE);
         let set = MissionCommand::Set { order: Box::new(order) };
@@ -78,7 +93,7 @@ impl Robot {
         let tracks = mission.order.requires(keys::TRACKER);
         let tracking = tracks.then(|| PeopleTracking::new(&mission.order, Arc::clone(&map))).transpose();
         let tracking = tracking.map_err(unprepared(keys::TRACKER))?;
-        let course = course(&mission, fields).map_err(unprepared("arbiter"))?;
+        let course = course(&mission, fields, own.is_some()).map_err(unprepared("arbiter"))?;
         let mut watch = ObstacleWatch::default();
         let tracker = convert::parameters("tracker", &mission.order.tracker_parameters());
         watch.follow(tracker.map_err(unprepared("arbiter"))?);
@@ -92,6 +107,7 @@ impl Robot {
             tracking,
             course,
             watch,
+            own,
             memory: Memory::new(0),
             localising: Localising::default(),
             fence: DecisionFence::default(),
@@ -133,6 +149,9 @@ impl Robot {
         let explained =
             Explained { belief: &belief, people: people.as_ref(), map: &self.course.map, range_sigma };
         self.watch.see(scan.clone(), &BTreeMap::new(), &explained);
+        if let Some(own) = &mut self.own {
+            own.see(&scan);
+        }
         let is_due = odometry.tick.is_multiple_of(u64::from(order.plan_every.max(1)));
         let decision = is_due.then(|| self.decide(&belief, people));
         self.drive.measured(odometry.clone());
@@ -163,7 +182,10 @@ impl Robot {
         let observed =
             ready.and_then(|course| Ok((course, observe(course, memory, mission, belief.clone(), people)?)));
         let decision = match observed {
-            Ok((course, observation)) => plan(course, memory, mission, &observation, &|| began.elapsed()).0,
+            Ok((course, observation)) => {
+                let own = self.own.as_deref_mut().map(|own| own as &mut dyn OwnPlanner);
+                plan_with(course, memory, mission, &observation, own, &|| began.elapsed()).0
+            }
             Err(failure) => stand(memory, failure, belief, mission),
         };
         let believed = convert::belief(belief);
@@ -214,9 +236,14 @@ impl Robot {
     }
 }
 
-/// The course of a mission, whose terms are all built in: no other process is asked for one.
-fn course(mission: &Mission, fields: &Fields) -> Result<Course, Reject> {
+/// The course of a mission, whose terms are all built in: no other process is asked for one. Its generator is built in
+/// unless the robot `has_own` planner.
+fn course(mission: &Mission, fields: &Fields, has_own: bool) -> Result<Course, Reject> {
     let MissionCourse { course, .. } = MissionCourse::new(mission.clone(), fields)?;
+    if course.asks_own() && !has_own {
+        let detail = "a run in one process has no generators; use a deployment, or `curionav bench`";
+        return Err(Refusal::no_replica(&course.profile.generator, false, detail.to_owned()).at("generator"));
+    }
     let counted = course.profile.terms.iter().filter(|(_, term)| term.weight > 0.0);
     match counted.map(|(name, _)| name).find(|name| course.evaluator(name).is_none()) {
         Some(term) => {

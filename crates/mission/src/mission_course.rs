@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use curionav_planning::evaluation::distance::DistanceMeasure;
 use curionav_planning::footprint::FootprintShape;
-use curionav_planning::generation;
+use curionav_planning::generation::{self, own};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::Obstacles;
 use curionav_planning::planner::{Course, CourseError};
@@ -96,6 +96,10 @@ fn check_follows(profile: &Profile, is_on_way: bool) -> Result<(), Reject> {
     if is_on_way && profile.distance == DistanceMeasure::Euclid {
         let why = "`euclid` does not keep to a way that is given; use `geodesic`";
         return Err(Refusal::invalid(why).at("profile.distance"));
+    }
+    if is_on_way && own::is_own(&profile.generator) {
+        let why = "a planner of one's own is not told a way that is given; use a built-in generator";
+        return Err(Refusal::invalid(why).at("profile.generator"));
     }
     Ok(())
 }

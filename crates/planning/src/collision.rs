@@ -39,6 +39,9 @@ crate::parameters! {
         /// Whether people are forecast to stop before they walk into the robot where it is, if nothing is free
         /// otherwise. Without it nothing is free where a person comes, not even to stand.
         pub people_stop: bool = false,
+        /// Whether the arbiter checks what it takes for collisions before it goes out. Without it the driver's guard
+        /// alone keeps the robot from what its laser sees: for comparing planners that are to answer for themselves.
+        pub final_check: bool = true,
     }
 }
 

@@ -121,11 +121,13 @@ impl Profile {
         }
     }
 
-    /// What limits the growth of one cycle: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT. Zero if
-    /// there is no such generator.
+    /// What limits the growth of one cycle: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT; 1 for a
+    /// planner of one's own. Zero if there is no such generator.
     pub fn iterations(&self) -> u32 {
         let mut params = self.generation.clone();
-        generation::find(&self.generator).map_or(0, |kind| *(kind.iterations)(&mut params))
+        let built_in = generation::find(&self.generator).map(|kind| *(kind.iterations)(&mut params));
+        // One question a cycle; none would only warm it up.
+        built_in.unwrap_or(u32::from(generation::own::is_own(&self.generator)))
     }
 
     /// The terms that count in a scene, in order of their names: those whose condition holds and whose

@@ -15,7 +15,7 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::mission_course::{MissionCourse, past_obstacles};
 use curionav_schemas::{Mission, Reject, Scene, keys};
 
-use crate::question::{EvaluateQuestions, GenerateQuestion, Parameters};
+use crate::question::{EvaluateQuestions, GenerateQuestion, Parameters, generator_role};
 
 /// Evaluators of a term that are kept ready: a batch is worth being cut into no more shards.
 const EVALUATORS_WANTED: usize = 64;
@@ -78,19 +78,24 @@ impl PlanContext {
     /// Whether the arbiter generates candidates itself, without asking a pool. Questions to generators say nothing of a
     /// way that is given, which changes each second: they would have to prepare for it anew each time.
     pub fn generates_itself(&self) -> bool {
-        self.alone || self.mission.order.way.is_some()
+        !self.course.asks_own() && (self.alone || self.mission.order.way.is_some())
+    }
+
+    /// The role that is asked for candidates: that of built-in generators, or that of a planner of one's own.
+    pub fn generator_role(&self) -> &str {
+        generator_role(&self.course.profile.generator)
     }
 
     /// All pools that are asked: the generators', then those of the terms.
     pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
-        (!self.generates_itself()).then_some(keys::GENERATOR).into_iter().chain(self.pool_terms())
+        (!self.generates_itself()).then_some(self.generator_role()).into_iter().chain(self.pool_terms())
     }
 
     /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it
     /// ready, so each robot has one per tree, and one for when one of these fails. What evaluators prepare for, robots
     /// share.
     pub fn replicas_wanted(&self, role: &str) -> usize {
-        if role == keys::GENERATOR { self.course.profile.trees as usize + 1 } else { EVALUATORS_WANTED }
+        if keys::generates(role) { self.course.profile.trees as usize + 1 } else { EVALUATORS_WANTED }
     }
 
     /// Whether candidates, or their costs under a term, can be computed without the pool of `role`.
@@ -98,7 +103,7 @@ impl PlanContext {
         self.in_process && !self.is_foreign(role)
     }
 
-    /// Whether `role` is a term that only services of its own compute, whatever the configuration.
+    /// Whether `role` is a term or a planner that only services of its own compute, whatever the configuration.
     pub fn is_foreign(&self, role: &str) -> bool {
         role != keys::GENERATOR && self.course.evaluator(role).is_none()
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use curionav_planning::generation::Generated;
 use curionav_runtime::convert;
 use curionav_runtime::query::AskError;
-use curionav_schemas::{GenerateReply, Scores, keys};
+use curionav_schemas::{GenerateReply, Scores};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 
@@ -48,18 +48,19 @@ pub async fn generate<P: Peers>(
 ) -> Option<Grown> {
     // The trees go to the preferred replicas in turn, because these have prepared for the goal. With fewer replicas
     // than trees, several trees share one. Any other replica can take over, because the tree travels with the question.
+    let role = question.role();
     let preferred = {
         let mut replicas = pool.replicas();
         // Replicas whose rest is over may be asked again.
         replicas.wake(pool.peers.now());
-        replicas.preferred(keys::GENERATOR)
+        replicas.preferred(role)
     };
     let first = preferred.get(index % preferred.len().max(1))?.clone();
     let ask = |instance: String, timeout: Duration| async move {
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
         usable(pool.peers.generate(call, question).await?, &instance, question.id(), shape)
     };
-    pool.first_answer(keys::GENERATOR, first, budget, ask).await
+    pool.first_answer(role, first, budget, ask).await
 }
 
 fn usable(

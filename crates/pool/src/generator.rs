@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
+use curionav_planning::generation::{self, GenerationInput, GenerationParams, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::parameters::Range;
 use curionav_planning::terms::DerivedFields;
@@ -54,7 +54,38 @@ pub fn answer(
     if !warms_up && spent() >= 1.0 {
         return Err(Refusal::Stopped.into());
     }
+    let Some(kind) = generation::find(&request.generator) else {
+        let known = generation::generator_names();
+        return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
+    };
     let fields = if warms_up { fields.clone() } else { fields.kept() };
+    let limit = |params: &mut GenerationParams| *(kind.iterations)(params) = request.iterations;
+    let (generated, cut, took) = with_input(&fields, &request, limit, |input| {
+        let started = elapsed();
+        let tree = request.tree.clone().map(convert::tree);
+        let (generated, cut) = kind.generate(input, tree, &spent);
+        (generated, cut, elapsed() - started)
+    })?;
+    Ok(GenerateReply {
+        epoch: request.epoch,
+        seq: request.seq,
+        instance: instance.to_owned(),
+        candidates: convert::candidates_to_wire(&generated.candidates),
+        tree: convert::tree_to_wire(generated.tree),
+        elapsed_us: took.as_micros() as u64,
+        cut,
+    })
+}
+
+/// What `make` makes of a question, whose fields are derived or, if `fields` are those that are kept, have to be there.
+/// `limit` sets what limits the work; it is within its range.
+pub(crate) fn with_input<R>(
+    fields: &Fields,
+    request: &GenerateRequest,
+    limit: impl FnOnce(&mut GenerationParams),
+    make: impl FnOnce(&GenerationInput<'_>) -> R,
+) -> Result<R, Reject> {
+    let warms_up = request.iterations == 0;
     let scene = convert::scene(&request.scene);
     let here = scene.belief.pose.position();
     let fields = fields.of(request.map).obstructed(&scene.obstacles, here)?;
@@ -62,21 +93,16 @@ pub fn answer(
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);
     let geodesic = fields.geodesic(goal, robot.radius())?;
-    let started = elapsed();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let laser = convert::laser(&request.laser);
     let robot = robot.seeing_with(&laser);
     let looks = params.looks_for_landmarks();
     let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
-    let Some(kind) = generation::find(&request.generator) else {
-        let known = generation::generator_names();
-        return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
-    };
-    *(kind.iterations)(&mut params.generation) = request.iterations;
+    limit(&mut params.generation);
     let params = if warms_up { params } else { convert::checked("params.profile", params)? };
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
-    let input = GenerationInput {
+    Ok(make(&GenerationInput {
         params: &params,
         map: &map,
         goal,
@@ -86,18 +112,7 @@ pub fn answer(
         scene: &scene,
         previous: (!previous.is_empty()).then_some(&previous),
         seed: request.seed,
-    };
-    let tree = request.tree.map(convert::tree);
-    let (generated, cut) = kind.generate(&input, tree, &spent);
-    Ok(GenerateReply {
-        epoch: request.epoch,
-        seq: request.seq,
-        instance: instance.to_owned(),
-        candidates: convert::candidates_to_wire(&generated.candidates),
-        tree: convert::tree_to_wire(generated.tree),
-        elapsed_us: (elapsed() - started).as_micros() as u64,
-        cut,
-    })
+    }))
 }
 
 #[cfg(test)]

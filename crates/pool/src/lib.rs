@@ -14,6 +14,7 @@ pub mod dispatch;
 pub mod evaluation_service;
 pub mod evaluators;
 pub mod generator;
+pub mod own_planner_service;
 pub mod peers;
 pub mod pool;
 mod pool_service;

@@ -167,7 +167,7 @@ impl Peers for ZenohPeers {
         question: &GenerateQuestion<'_>,
     ) -> Result<GenerateReply, AskError> {
         let bytes = question.encode(call.budget_ms());
-        self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
+        self.ask::<GenerateRequest, _>(question.role(), call, bytes).await
     }
 
     async fn evaluate(

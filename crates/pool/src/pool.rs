@@ -280,7 +280,7 @@ impl<P: Peers> Pool<P> {
         let instance = probe.instance.as_str();
         let timeout = PROBE_TIMEOUT;
         let call = Call { instance, robot: &order.robot, timeout, clock: order.clock };
-        if probe.role == keys::GENERATOR {
+        if keys::generates(&probe.role) {
             return self.peers.generate(call, &context.warm_up_generator()).await.map(|_| 1);
         }
         let warm_up = context.warm_up();

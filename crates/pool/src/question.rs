@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::generation::{self, Tree};
+use curionav_planning::generation::{self, Tree, own};
 use curionav_planning::geometry::Pose2;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms;
 use curionav_runtime::convert;
 use curionav_schemas::{
     self as wire, CandidateShardSlices, LaserModel, MapId, MissionOrder, OdometryNoise, Reject, RobotModel,
-    Scene, Value, encode,
+    Scene, Value, encode, keys,
 };
 use serde::Serialize;
 
@@ -133,6 +133,11 @@ impl EvaluateQuestion<'_> {
     }
 }
 
+/// The role of the services that have this generator.
+pub(crate) fn generator_role(generator: &str) -> &str {
+    if own::is_own(generator) { generator } else { keys::GENERATOR }
+}
+
 /// One question to a generator.
 pub struct GenerateQuestion<'a> {
     /// Epoch and number of the cycle.
@@ -176,6 +181,11 @@ struct GeneratorParams<'a> {
 }
 
 impl GenerateQuestion<'_> {
+    /// The role of the services that answer it.
+    pub fn role(&self) -> &str {
+        generator_role(self.generator)
+    }
+
     /// Epoch and number of the cycle.
     pub fn id(&self) -> (u64, u64) {
         self.id

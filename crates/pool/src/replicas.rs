@@ -308,7 +308,7 @@ impl Replicas {
     /// the robot prefers; for evaluators the next one after the last that was asked, so that the shards of a lost
     /// replica do not all go to the same one.
     pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
-        if role == keys::GENERATOR {
+        if keys::generates(role) {
             return self.preferred(role).into_iter().find(|instance| !asked.contains(instance));
         }
         let role = self.of.get(role)?;

@@ -47,6 +47,10 @@ pub struct ServiceConfig {
     pub robot: String,
     /// The simulated world (simulator).
     pub world: String,
+    /// A planner of one's own that is served in the place of the built-in generators: `FILE.py:NAME` or a program. Not
+    /// part of a file: `curionav planner` says it.
+    #[serde(skip)]
+    pub planner: Option<String>,
     /// Requests computed at once (generator, evaluators).
     pub slots: usize,
     /// Requests that may wait for a slot; further ones are refused as overloaded.
@@ -100,6 +104,7 @@ impl Default for ServiceConfig {
             instance: "a".into(),
             robot: "robot".into(),
             world: "world".into(),
+            planner: None,
             slots: 1,
             queue: 16,
             in_process: true,

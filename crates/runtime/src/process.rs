@@ -71,6 +71,9 @@ pub struct ServiceOptions {
     /// Address for metrics in Prometheus's format, e.g. 0.0.0.0:9100; port 0 takes a free one. Default: none.
     #[arg(long, value_name = "ADDR:PORT")]
     pub metrics: Option<SocketAddr>,
+    /// A planner of one's own to serve, which `curionav planner` sets.
+    #[arg(skip)]
+    pub planner: Option<String>,
     /// End when standard input closes (set by `curionav up`).
     #[arg(long, hide = true)]
     pub supervised: bool,
@@ -97,6 +100,7 @@ impl ServiceOptions {
         config.metrics = self.metrics.or(config.metrics);
         config.simulated_base |= self.simulated_base;
         config.take_over = self.take_over;
+        config.planner.clone_from(&self.planner);
         config.directory = self.config.as_deref().and_then(Path::parent).map(Path::to_owned);
         let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
         config.check().context(file)?;

@@ -3,9 +3,9 @@
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-use curionav_schemas::keys::check_id;
+use curionav_schemas::keys::{check_id, generates};
 
-use crate::table::{ANY_TERM, OF_SERVICES, ROBOTS, Right, Row, TABLE, Verb};
+use crate::table::{ANY_PLANNER, ANY_TERM, OF_SERVICES, ROBOTS, Right, Row, TABLE, Verb};
 
 /// The name of a certificate, with a row of the table.
 ///
@@ -55,7 +55,10 @@ impl Name {
         let mut rows = TABLE.iter().filter(|row| row.role == role).peekable();
         let rows: Vec<&'static Row> = match rows.peek() {
             Some(_) => rows.collect(),
-            None => TABLE.iter().filter(|row| row.role == ANY_TERM).collect(),
+            None => {
+                let any = if generates(role) { ANY_PLANNER } else { ANY_TERM };
+                TABLE.iter().filter(|row| row.role == any).collect()
+            }
         };
         for row in &rows {
             let mut names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();

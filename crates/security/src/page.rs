@@ -12,7 +12,8 @@ pub const END: &str = "<!-- end of rights -->\n";
 pub fn rights() -> String {
     let mut text = String::from("| certificate | is for | may | keys |\n|---|---|---|---|\n");
     for row in TABLE {
-        let name = format!("`{}`", pattern(&row.role.replace("{term}", "TERM"), row));
+        let name =
+            format!("`{}`", pattern(&row.role.replace("{term}", "TERM").replace("{planner}", "NAME"), row));
         text += &lines(&name, row.about, row.rights);
     }
     text + &lines("all services", "what their own names say", OF_SERVICES)

@@ -13,6 +13,9 @@ pub const OF_SERVICES: &[Right] =
 /// The role of a row that stands for every evaluator.
 pub const ANY_TERM: &str = "{term}";
 
+/// The role of a row that stands for every planner of one's own.
+pub const ANY_PLANNER: &str = "own-{planner}";
+
 const fn may(verb: Verb, keys: &'static [&'static str]) -> Right {
     Right { verb, keys, space: Space::Deployment }
 }
@@ -233,6 +236,16 @@ pub const TABLE: &[Row] = &[
         &["instance"],
         "a replica that evaluates a term, such as `cpc.a`",
         &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["evaluate/{role}/{instance}/*"])],
+    ),
+    service(
+        ANY_PLANNER,
+        &["instance"],
+        "a planner of one's own, such as `own-mine.a`",
+        &[
+            may(Verb::Subscribe, &["robot/*/scan"]),
+            may(Verb::Ask, &["map/*"]),
+            may(Verb::Serve, &["evaluate/{role}/{instance}/*"]),
+        ],
     ),
     service(
         "simulator",

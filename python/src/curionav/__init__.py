@@ -27,6 +27,7 @@ from .errors import (
     MessageError,
     MissingExtra,
     NoAnswer,
+    PlannerError,
     Rejected,
     RunFailed,
     ScenarioError,
@@ -53,8 +54,10 @@ from .messages import (
     Scan,
     Scene,
 )
+from .planner import Candidates, Drive, OwnPlanner, Situation, Task, planner
 from .result import Result
 from .scenario import Scenario
+from .serve_planner import PlannerServer, serve_planner
 from .serving import EvaluatorServer
 from .words import say, say_all
 
@@ -62,6 +65,7 @@ __all__ = [
     "BaseLease",
     "Belief",
     "CandidateSet",
+    "Candidates",
     "Clock",
     "ConnectionFailed",
     "Crowd",
@@ -71,6 +75,7 @@ __all__ = [
     "Decision",
     "DecodeError",
     "Deployment",
+    "Drive",
     "EncodeError",
     "EvaluateRequest",
     "Evaluator",
@@ -87,10 +92,13 @@ __all__ = [
     "OccupancyGrid",
     "Odometry",
     "OdometryNoise",
+    "OwnPlanner",
     "People",
     "PeopleTracker",
     "Plan",
     "Planner",
+    "PlannerError",
+    "PlannerServer",
     "Rejected",
     "Result",
     "RobotModel",
@@ -102,12 +110,16 @@ __all__ = [
     "ScenarioError",
     "Scene",
     "Service",
+    "Situation",
+    "Task",
     "World",
     "connect",
     "evaluator",
     "load_map",
     "local",
+    "planner",
     "run",
     "say",
     "say_all",
+    "serve_planner",
 ]

@@ -134,3 +134,10 @@ class DecodeError(MessageError):
 
 class EncodeError(MessageError):
     """A message cannot be sent as it is: its reader would refuse it."""
+
+
+class PlannerError(CurionavError):
+    """A planner of one's own cannot be used: it is not there, raised, or answered what is no proposal."""
+
+    def __init__(self, planner: str, problem: str) -> None:
+        super().__init__(f"planner {planner}: {problem}")

@@ -53,7 +53,8 @@ pub(crate) async fn generate<P: Peers>(
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.course.generate(scene, index, tree.clone(), &previous, &spent);
-            let computes = context.in_process || context.generates_itself();
+            let can = context.in_process || context.generates_itself();
+            let computes = can && !context.course.asks_own();
             let (generated, cut) = computes.then(|| peers.compute(here))?;
             is_local = !context.generates_itself();
             Some(Grown { generated, cut })

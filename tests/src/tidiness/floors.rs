@@ -25,6 +25,7 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const LOCALIZATION: &str = "curionav-localization";
     const TRACKING: &str = "curionav-tracking-people";
     const ROS2: &str = "curionav-ros2";
+    const OWN_PLANNER: &str = "curionav-own-planner";
     Some(match directory {
         "schemas" | "crates/datasets" | "crates/ros2" => vec![],
         "tests/support" => vec!["curionav-datasets", SCHEMAS],
@@ -32,6 +33,7 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "crates/localization" | "crates/crowdsim" | "crates/tracking-people" => vec![PLANNING, TESTING],
         "crates/picture" => vec![PLANNING, SCHEMAS, TESTING],
         "crates/security" => vec![SCHEMAS],
+        "crates/own-planner" => vec![PLANNING, SCHEMAS],
         "crates/mission" => vec![PLANNING, SCHEMAS, TESTING],
         "crates/robot" => vec![PLANNING, SCHEMAS, MISSION, LOCALIZATION, TRACKING, TESTING],
         "crates/in-process" => {
@@ -39,7 +41,7 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         }
         "crates/runtime" => vec![PLANNING, SCHEMAS, MISSION, SECURITY, TESTING],
         // It imports from its own floor: an exception that docs/architecture.md names.
-        "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
+        "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, OWN_PLANNER, TESTING],
         "services/simulator" => {
             vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, IN_PROCESS, TRUTH, TESTING]
         }
@@ -90,6 +92,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-localization",
         "curionav-localizer",
         "curionav-mission",
+        "curionav-own-planner",
         "curionav-people-tracker",
         "curionav-picture",
         "curionav-planning",

@@ -171,7 +171,7 @@ impl Instance {
             context.map_or(asker, |context| &context.mission.order.robot),
         )?;
         let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
-        let is_generator = self.role == keys::GENERATOR;
+        let is_generator = keys::generates(&self.role);
         let question = match context {
             None => Vec::new(),
             Some(context) if is_generator => context.warm_up_generator().encode(budget_ms),

@@ -9,6 +9,7 @@ mod journal;
 mod manifest;
 pub(crate) mod measure;
 mod options;
+mod own_planner;
 mod places;
 pub(crate) mod plan;
 mod progress;

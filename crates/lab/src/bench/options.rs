@@ -14,6 +14,11 @@ use serde::{Deserialize, Serialize};
 /// while its scenario, map, planner and this program are what they were.
 /// results.csv is the same, byte for byte, whatever --jobs; what depends on the clock is in timings.csv.
 ///
+/// A planner of one's own is a program that is told what the robot knows and answers what it is to do, such as a
+/// function with `@curionav.planner("mine")` in mine.py: `curionav bench rooms --planners curionav,mine.py:policy`.
+/// Each worker starts its own. What it does not answer in time, or answers wrongly, costs its own run alone and is
+/// counted in results.csv. docs/own-planner.md has the protocol for other languages.
+///
 /// At the end `python3 -m curionav.report DIR` writes summary.json and report.html and judges the claims;
 /// CURIONAV_PYTHON names another interpreter. Without the package (`pip install './python[report]'`) there are the
 /// tables alone, and --check is refused.
@@ -62,8 +67,9 @@ pub(crate) struct What {
     /// Suite of scenarios: a folder below scenarios/, or any folder with scenario files.
     #[arg(value_name = "SUITE", default_value = "paper", conflicts_with = "scenarios")]
     pub(crate) suite: String,
-    /// Planners: built-in profiles, profile files (.toml) or folders of them such as scenarios/tuned, separated by
-    /// commas. Default: all built-in ones.
+    /// Planners: built-in profiles, profile files (.toml) or folders of them such as scenarios/tuned, and planners of
+    /// one's own: a name in a Python file (mine.py:policy) or a program (./planner). Separated by commas. Default: all
+    /// built-in ones.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     pub(crate) planners: Vec<String>,
     /// Scenario files in place of a suite, as a pattern with * and ?, or several files.

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::Motion;
+use curionav_own_planner::Check;
 use curionav_planning::profile::Profile;
 use curionav_runtime::fields::Fields;
 use curionav_schemas::{Clock, Message, OccupancyGrid, hex};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::own_planner::OwnPlanners;
 use crate::paper::PUBLISHED;
 use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice, Package, Perception};
@@ -38,8 +40,22 @@ pub(crate) struct Job {
 pub(crate) struct Planner {
     /// A built-in profile or a profile file.
     pub(crate) source: String,
-    /// Its name in the results: that of the built-in profile, or of the file without its ending.
+    /// Its name in the results: that of the built-in profile, of the file without its ending, or what a planner of
+    /// one's own calls itself.
     pub(crate) name: String,
+    /// What checks what a planner of one's own proposes: `arbiter` or `driver`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) check: Option<Check>,
+    /// The profile of a planner of one's own.
+    #[serde(skip)]
+    pub(crate) profile: Option<Profile>,
+}
+
+impl Planner {
+    /// That of a profile.
+    fn of_profile(source: String, name: String) -> Self {
+        Self { source, name, check: None, profile: None }
+    }
 }
 
 #[derive(Debug)]
@@ -151,13 +167,27 @@ fn named_planners(sources: &[String]) -> anyhow::Result<Vec<Planner>> {
         let path = Path::new(source);
         if path.is_dir() { named.extend(profiles(path)?) } else { named.push(source.clone()) }
     }
+    let mut own = OwnPlanners::new();
     for source in &named {
+        if let Some(profile) = own.profile(source).context("--planners")? {
+            let check = if profile.collision.final_check { Check::Arbiter } else { Check::Driver };
+            if planners.iter().any(|p| p.name == profile.name) {
+                bail!("--planners: `{}` is there twice", profile.name);
+            }
+            planners.push(Planner {
+                source: source.clone(),
+                name: profile.name.clone(),
+                check: Some(check),
+                profile: Some(profile),
+            });
+            continue;
+        }
         let stem = Path::new(source).file_stem().filter(|_| Profile::builtin(source).is_none());
         let name = stem.map_or_else(|| source.clone(), |stem| stem.to_string_lossy().into());
         if planners.iter().any(|p| p.name == name) {
             bail!("--planners: `{name}` is there twice");
         }
-        planners.push(Planner { source: source.clone(), name });
+        planners.push(Planner::of_profile(source.clone(), name));
     }
     Ok(planners)
 }
@@ -189,7 +219,9 @@ fn scene(file: &Path, planners: &[Planner], perception: Option<Perception>) -> a
     let mut first = None;
     let fields = Fields::of_maps([]);
     for planner in planners {
-        let choice = Choice { planner: Some(planner.source.clone()), perception, ..Choice::default() };
+        let profile = planner.profile.clone();
+        let choice =
+            Choice { planner: Some(planner.source.clone()), profile, perception, ..Choice::default() };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
         let prepared = curionav_in_process::prepare(&package.request, "robot", &fields)
             .map_err(|reject| package.refusal(&reject))?;

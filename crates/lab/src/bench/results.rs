@@ -12,17 +12,20 @@ const NOT_FIRST: [(&str, &str); 4] = [
     ("no_candidates", "no_candidates"),
 ];
 
+/// The columns of a planner of one's own: what checks what it proposes, and how often it failed.
+const OWN_PLANNER: [&str; 5] = ["check", "late", "errors", "refused", "deaths"];
+
 pub(super) fn files(rows: &[&Row]) -> [(&'static str, String); 3] {
     [("results.csv", results(rows)), ("collisions.csv", collisions(rows)), ("timings.csv", timings(rows))]
 }
 
 /// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and
-/// seeds.
+/// seeds. Only a planner of one's own that is late makes a difference.
 fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);
     let columns = ["cycles", "first_choice"].into_iter().chain(NOT_FIRST.map(|(column, _)| column));
-    let columns = columns.chain(["degraded", "decisions_sha256"]);
+    let columns = columns.chain(["degraded", "decisions_sha256"]).chain(OWN_PLANNER);
     let mut text = csv_row(labels.into_iter().chain(measures).chain(columns));
     for row in rows {
         let outcome: &str = row.outcome.into();
@@ -30,9 +33,19 @@ fn results(rows: &[&Row]) -> String {
         let last = [row.cycles.count, row.cycles.first_choice].map(|n| n.to_string()).into_iter();
         let last = last.chain(NOT_FIRST.map(|(_, code)| decided(row, code)));
         let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
+        let last = last.chain(own_planner(row));
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
     text
+}
+
+/// What the columns of a planner of one's own say; nothing of a profile. Only the first says something for sure of a
+/// planner that was late: how often it was depends on the clock.
+fn own_planner(row: &Row) -> [String; 5] {
+    let Some(own) = &row.own_planner else { return Default::default() };
+    let [late, errors, refused, deaths] =
+        [own.late, own.errors, own.refused, own.deaths].map(|count| count.to_string());
+    [own.check.word().to_owned(), late, errors, refused, deaths]
 }
 
 /// In how many cycles the reason of the decision had this code; nothing for a run of an older build, which does not say
@@ -106,7 +119,7 @@ mod tests {
         assert_eq!(text, results(&[&slow]));
         assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [30, 30]);
+        assert_eq!(fields, [35, 35]);
         assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,1,0.12,0.05,1,")), "{text}");
     }
 }

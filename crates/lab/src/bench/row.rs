@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use curionav_own_planner::attended;
 use curionav_schemas::{Contact, Cycles, Measures, Outcome, RunResult};
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,9 @@ pub(crate) struct Row {
     pub(crate) wall_s: f64,
     /// Where the robot was, every half second and at the end, m, map frame.
     pub(crate) way: Vec<[f64; 2]>,
+    /// What became of the questions to a planner of one's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) own_planner: Option<attended::Tally>,
 }
 
 impl Row {
@@ -109,6 +113,7 @@ pub(crate) mod tests {
             real_time_factor: 20.0,
             wall_s: 2.0,
             way: vec![[0.0, 0.0], [1.0, 0.5]],
+            own_planner: None,
         }
     }
 

@@ -10,6 +10,7 @@ use curionav_schemas::{Clock, Message};
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 
+use super::own_planner::OwnPlanners;
 use super::plan::{Job, digest, key};
 use super::row::{Row, way};
 use curionav_deployment::embedded::Embedded;
@@ -29,10 +30,11 @@ pub async fn worker(program: &str) -> Result<u8, Exit> {
     let config = ServiceConfig { takes_turns: true, ..ServiceConfig::default() };
     let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
     let mut jobs = jobs();
+    let mut own = OwnPlanners::new();
     while let Some(line) = jobs.recv().await {
         let session = embedded.session.clone();
         let row = tokio::select! {
-            row = run(&session, &config, program, &line) => row,
+            row = run(&session, &config, program, &line, &mut own) => row,
             failure = embedded.failure() => Err(Exit::network(failure)),
         };
         let answer = match row {
@@ -65,12 +67,15 @@ async fn run(
     config: &ServiceConfig,
     program: &str,
     line: &str,
+    own: &mut OwnPlanners,
 ) -> Result<Row, Exit> {
     let job: Job = serde_json::from_str(line).map_err(Exit::bad_input)?;
     let begin = Instant::now();
     let planner = Some(job.planner_source.clone());
     let perception = job.perception;
-    let choice = Choice { planner, perception, ..Choice::default() };
+    let profile = own.profile(&job.planner_source).map_err(Exit::bad_input)?;
+    let is_own = profile.is_some();
+    let choice = Choice { planner, profile, perception, ..Choice::default() };
     let mut package =
         package::read(&job.scenario_file, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
     if key(&digest(&package), job.seed) != job.key {
@@ -78,7 +83,12 @@ async fn run(
         return Err(Exit::bad_input(anyhow::anyhow!("{}: {changed}", job.scenario_file.display())));
     }
     package.request.seed = Some(job.seed);
-    let result = follow(session, config, &package, false).await?.result;
+    let (result, tally) = if is_own {
+        let (result, tally) = own.play(&job.planner_source, &package).map_err(Exit::failed)?;
+        (result, Some(tally))
+    } else {
+        (follow(session, config, &package, false).await?.result, None)
+    };
     let row = Row {
         key: job.key,
         program: program.to_owned(),
@@ -94,6 +104,7 @@ async fn run(
         real_time_factor: result.real_time_factor,
         wall_s: begin.elapsed().as_secs_f64(),
         way: way(&result),
+        own_planner: tally,
     };
     if let Some(path) = &job.trace {
         files::write(path, result.encode()).map_err(Exit::bad_input)?;

@@ -77,7 +77,10 @@ pub struct Verdict {
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
     let checker = context.checker();
-    let mut verdict = decide(context, scores, &|t| checker.first_collision(t.states(), t.dt()));
+    let is_checked = context.profile.collision.final_check;
+    let first_collision =
+        |t: &Trajectory| is_checked.then(|| checker.first_collision(t.states(), t.dt())).flatten();
+    let mut verdict = decide(context, scores, &first_collision);
     let Context { profile, scene, robot, goal, .. } = *context;
     let tolerance = profile.goal.arrive_distance;
     let goal = occupied_goal::Goal { at: goal, tolerance, scene, robot, checker: &checker };

@@ -8,7 +8,8 @@
 //!
 //! [`risk_rrt`], [`bi_risk_rrt`] and [`transient_goal`] are the generators of planners that the paper compares with.
 //! [`mppi`], [`dwa`] and [`hrvo_robot`] are common planners, for comparison as well. The last four try out commands,
-//! and `commanded` makes candidates of these. `way_past` finds a way between people who stand in the way.
+//! and `commanded` makes candidates of these. `way_past` finds a way between people who stand in the way. [`own`] makes
+//! candidates of what a planner proposes that is not built in.
 
 pub mod bi_risk_rrt;
 pub mod branches;
@@ -21,6 +22,7 @@ mod generator;
 pub mod hrvo_robot;
 pub mod mppi;
 mod neighbours;
+pub mod own;
 mod pace;
 mod params;
 pub mod path;

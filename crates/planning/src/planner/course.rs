@@ -8,7 +8,7 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::Evaluator;
 use crate::evaluation::cpc::InformationField;
 use crate::footprint::FootprintShape;
-use crate::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
+use crate::generation::{self, Generated, GenerationInput, GeneratorKind, GeneratorPart, Tree, own};
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
 use crate::occupancy::{GeodesicField, Obstacles, StaticMap};
@@ -50,7 +50,8 @@ pub struct Course {
     /// The run's.
     pub seed: u64,
     pub(super) task: Task,
-    generator: &'static GeneratorKind,
+    /// None for a planner of one's own, which others ask.
+    generator: Option<&'static GeneratorKind>,
     /// What an observation is worth, if the generator asks for it.
     information: Option<Arc<InformationField>>,
     /// By term.
@@ -82,9 +83,10 @@ impl Course {
         seed: u64,
         fields: &F,
     ) -> Result<Self, CourseError<F::Error>> {
-        let Some(generator) = generation::find(&profile.generator) else {
+        let generator = generation::find(&profile.generator);
+        if generator.is_none() && !own::is_own(&profile.generator) {
             return Err(CourseError::UnknownGenerator { name: profile.generator });
-        };
+        }
         let mut evaluators = BTreeMap::new();
         for term in profile.terms.keys() {
             if let Some(built) = terms::evaluator(term, &profile, &task, fields) {
@@ -207,8 +209,24 @@ impl Course {
         previous: &[Pose2],
         spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
-        let input = GenerationInput {
-            params: &self.profile.generator_part(),
+        let params = self.profile.generator_part();
+        let Some(generator) = self.generator else {
+            let candidates = CandidateSet::empty(params.steps, params.dt);
+            return (Generated { candidates, tree: Tree::default() }, false);
+        };
+        generator.generate(&self.input(scene, index, &params, previous), tree, spent)
+    }
+
+    /// What a generator is told in `scene` for tree number `index`, with the `params` of the profile.
+    fn input<'a>(
+        &'a self,
+        scene: &'a Scene,
+        index: usize,
+        params: &'a GeneratorPart,
+        previous: &'a [Pose2],
+    ) -> GenerationInput<'a> {
+        GenerationInput {
+            params,
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
@@ -217,8 +235,23 @@ impl Course {
             scene,
             previous: (!previous.is_empty()).then_some(previous),
             seed: self.tree_seed(index),
-        };
-        self.generator.generate(&input, tree, spent)
+        }
+    }
+
+    /// Whether candidates come from a planner of one's own; [`Self::generate`] then gives none.
+    pub fn asks_own(&self) -> bool {
+        self.generator.is_none()
+    }
+
+    /// The candidates that `ask` makes in `scene` of what a planner of one's own is told, within the speed that zones
+    /// allow.
+    pub fn ask_own(
+        &self,
+        scene: &Scene,
+        ask: impl FnOnce(&GenerationInput<'_>) -> CandidateSet,
+    ) -> CandidateSet {
+        let params = self.profile.generator_part();
+        own::within_zones(&self.input(scene, 0, &params, &[]), ask)
     }
 
     /// The seed of tree number `index`. What a tree draws depends on it and on the scene's tick alone, so that a

@@ -17,6 +17,7 @@ use curionav_schemas::{self as wire, Decision, Degradation, Evaluated, Mission, 
 use super::decision_message as message;
 use super::memory::Memory;
 use super::obstacle_watch::ObstacleWatch;
+use super::own_planner::OwnPlanner;
 
 /// Greatest difference between the stamps of people and of the belief, seconds of the robot's clock. Beyond it people
 /// count as unknown: they have moved on since, or the robot's clock has started over since they were seen.
@@ -178,8 +179,23 @@ pub fn plan(
     observation: &Observation,
     elapsed: &dyn Fn() -> Duration,
 ) -> (Decision, Planned) {
+    plan_with(course, memory, mission, observation, None, elapsed)
+}
+
+/// As [`plan`], with the candidates of `own` if the profile's generator is a planner of one's own.
+pub fn plan_with(
+    course: &Course,
+    memory: &mut Memory,
+    mission: &Mission,
+    observation: &Observation,
+    own: Option<&mut dyn OwnPlanner>,
+    elapsed: &dyn Fn() -> Duration,
+) -> (Decision, Planned) {
     let scene = begin(course, memory, observation);
-    let candidates = course.generate_all(&scene, &mut memory.carried);
+    let candidates = match own {
+        Some(own) if course.asks_own() => course.ask_own(&scene, |input| own.candidates(mission, input)),
+        _ => course.generate_all(&scene, &mut memory.carried),
+    };
     let scores = course.score(&scene, &candidates);
     let verdict = choose(course, memory, &scene, &candidates, &scores);
     let active = course.profile.active_terms(scene.uncertain);

@@ -4,3 +4,4 @@ pub mod cycle;
 pub mod decision_message;
 pub mod memory;
 pub mod obstacle_watch;
+pub mod own_planner;

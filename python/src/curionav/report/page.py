@@ -42,6 +42,8 @@ from .summary import Bench
 from .words import KINDS, PLANNERS, SLIPS
 from .words import MEASURES as MEANINGS
 
+OWN_PLANNER = ("asked", "late", "errors", "refused", "deaths")
+"""What is counted of a planner of one's own."""
 MEDIANS = (RMSE, TCE, TD_SECONDS, TIME)
 """Measures whose means a few lost or stuck runs rule."""
 LONG_WAY = 2.0
@@ -220,6 +222,27 @@ class Page:
 
         split = "" if runs["untold"] else ", ".join(share(runs[name]) for name in NOT_FIRST)
         return share(runs["first_choices"]), split
+
+    @property
+    def own_planners(self) -> list[dict[str, Any]]:
+        """What became of the questions to each planner of one's own, over all of its runs."""
+        found = []
+        for planner in self.planners:
+            told = [row for row in self.comparison.all_runs(planner) if row.get("own_planner")]
+            if told:
+                counts = {key: sum(row["own_planner"][key] for row in told) for key in OWN_PLANNER}
+                faulty = [row for row in told if row["own_planner"].get("first_fault")]
+                first = faulty[0] if faulty else None
+                found.append(
+                    {
+                        "planner": planner,
+                        "check": told[0]["own_planner"]["check"],
+                        "counts": counts,
+                        "faulty": len(faulty),
+                        "first": first and f"{first['scenario']}: {first['own_planner']['first_fault']}",
+                    }
+                )
+        return found
 
     def real_time_factor(self, planner: int) -> str:
         """Simulated over clock seconds of a run, on the mean."""
