@@ -32,6 +32,8 @@ pytestmark = [
 TIMEOUT = 900.0
 """For all of a page on a busy machine, s."""
 FIRST = tutorial.PAGES / "first-run.md"
+STARTS = ROOT / "docs" / "start"
+PAGES = sorted(set(tutorial.PAGES.glob("*.md")) - {FIRST}) + sorted(STARTS.glob("*.md"))
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,7 @@ def test_the_first_page_leaves_a_picture(newcomer: Newcomer) -> None:
     assert "<svg" in (newcomer.folder / "first" / "first" / "run.svg").read_text()
 
 
-@pytest.mark.parametrize("page", sorted(set(tutorial.PAGES.glob("*.md")) - {FIRST}), ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_tutorial_runs_as_it_is_written(newcomer: Newcomer, page: Path) -> None:
     folder = newcomer.folder / page.stem
     folder.mkdir()

@@ -168,6 +168,23 @@ def test_a_picture_has_axes_in_metres_and_everything_in_its_place() -> None:
     assert again is axes
 
 
+def test_a_clip_is_as_long_as_the_run_and_something_moves_in_it(tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image", reason=FRAMES)
+    result = made_up()
+    file = tmp_path / "run.gif"
+    result.clip(file, speed=2.0, frames_per_second=5.0)
+    with image.open(file) as clip:
+        # A frame each 0.4 s of the run, and its end.
+        time_s = result.trace["time_s"]
+        assert clip.n_frames == np.ceil((time_s[-1] - time_s[0]) / 0.4) + 1
+        assert clip.info["duration"] == 200
+        first = np.asarray(clip.convert("L"), np.int32)
+        clip.seek(clip.n_frames - 1)
+        assert (np.abs(first - np.asarray(clip.convert("L"), np.int32)) > 50).mean() > 0.001
+    with pytest.raises(ValueError, match="positive"):
+        result.clip(file, speed=0.0)
+
+
 def test_a_map_lies_where_its_origin_says() -> None:
     grid = OccupancyGrid(
         width=4, height=2, resolution=0.5, origin=Pose(x=-1.0, y=2.0, heading=np.pi / 2),

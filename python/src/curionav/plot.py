@@ -47,14 +47,20 @@ def draw(result: Result, ax: Axes | None = None) -> Axes:
     if ax is None:
         _, ax = pyplot.subplots(figsize=(9.0, 7.0), layout="constrained")
     assert ax is not None
-    if result.grid is not None:
-        _draw_map(ax, result.grid)
+    ground(ax, result)
     _draw_people(ax, result)
     _draw_robot(ax, result)
-    _draw_goal(ax, result)
     _draw_contacts(ax, result)
-    _frame(ax, result)
+    frame(ax, result)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, frameon=False)
     return ax
+
+
+def ground(ax: Axes, result: Result) -> None:
+    """Draws what does not move: the map and the goal."""
+    if result.grid is not None:
+        _draw_map(ax, result.grid)
+    _draw_goal(ax, result)
 
 
 def _draw_map(ax: Axes, grid: OccupancyGrid) -> None:
@@ -117,8 +123,8 @@ def _draw_contacts(ax: Axes, result: Result) -> None:
         ax.plot(x, y, "X", ms=11, color=CONTACT, mec="white", mew=1.0, ls="none", zorder=7, label="contact")
 
 
-def _frame(ax: Axes, result: Result) -> None:
-    """What is shown, axes in metres, title and legend."""
+def frame(ax: Axes, result: Result) -> None:
+    """Sets what is shown, axes in metres and the title."""
     corners = _shown(result)
     if corners.size:
         (left, bottom), (right, top) = corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
@@ -129,7 +135,6 @@ def _frame(ax: Axes, result: Result) -> None:
     ax.set_ylabel("y in m")
     ended = f"{_OUTCOMES[result.outcome]} after {result.measures.time_s:.1f} s"
     ax.set_title(f"{result.scenario}, {result.planner}, seed {result.seed}: {ended}", color=INK, fontsize=11)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, frameon=False)
 
 
 def _shown(result: Result) -> F64:

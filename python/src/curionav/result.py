@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from . import stored_result
+from . import clip, stored_result
 from .array import F64
 from .extras import library
 from .messages import Contact, Cycles, Measures, MissionOrder, OccupancyGrid, PeopleTrace, RunResult
@@ -113,6 +113,23 @@ class Result:
             MissingExtra: matplotlib is not installed.
         """
         return draw(self, ax)
+
+    def clip(self, file: str | os.PathLike[str], *, speed: float = 4.0, frames_per_second: float = 10.0) -> None:
+        """Writes the run from above as a moving picture (``.gif``).
+
+        Args:
+            file: What to write.
+            speed: Seconds of the run in a second of the clip.
+            frames_per_second: Of the clip.
+
+        Raises:
+            IncompleteResult: The result has no trace.
+            MissingExtra: matplotlib is not installed.
+            ValueError: Speed or frames per second are not positive.
+        """
+        if not (speed > 0.0 and frames_per_second > 0.0):
+            raise ValueError("speed and frames_per_second must be positive")
+        clip.write(self, Path(file), speed, frames_per_second)
 
     @classmethod
     def of(cls, message: RunResult) -> Result:
