@@ -170,7 +170,8 @@ def test_a_picture_has_axes_in_metres_and_everything_in_its_place() -> None:
 
 def test_a_clip_is_as_long_as_the_run_and_something_moves_in_it(tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image", reason=FRAMES)
-    result = made_up()
+    trace = made_up().trace
+    result = made_up(trace=trace | {"true_heading": np.zeros_like(trace["time_s"])})
     file = tmp_path / "run.gif"
     result.clip(file, speed=2.0, frames_per_second=5.0)
     with image.open(file) as clip:
