@@ -32,7 +32,7 @@ PLACES = {
     "    here()\n    server.wait()",
     "while its evaluator hangs": "with deployment.serve(curionav.Evaluator('hung', lambda s, c: hang())):\n"
     "    with deployment.inject(scenario.with_term('hung')) as run: run.wait()",
-    "while its injection is answered": "from curionav import run as runs\n"
+    "while its injection is answered": "from curionav import injected_run as runs\n"
     "class Slow(runs.Asked):\n"
     "    def wait(self, timeout):\n"
     "        if timeout == runs.SCENARIO_TIMEOUT: here(); time.sleep(60)\n"
