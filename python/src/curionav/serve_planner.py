@@ -114,5 +114,5 @@ def _drain(stream: Any) -> None:
 
 def _found(program: str | os.PathLike[str]) -> str:
     """The program: that beside this interpreter, as ``pip`` puts it there, before any other."""
-    beside = Path(sys.executable).with_name(os.fspath(program))
+    beside = Path(sys.executable).parent / program
     return str(beside) if beside.is_file() else os.fspath(program)
