@@ -111,8 +111,7 @@ def least_violated(lines: list[Line], walls: int, begin: int, speed: float, foun
     return found
 
 
-@curionav.planner("orca", map=True)
-class planner:  # noqa: N801
+class Orca:
     """One agent among people who all avoid each other."""
 
     def reset(self, task: Task) -> None:
@@ -153,3 +152,7 @@ class planner:  # noqa: N801
         if kept < len(lines):
             chosen = least_violated(lines, count, kept, task.limits.v_max, chosen)
         return dot(ahead, chosen), det(ahead, chosen) / LEAD
+
+
+planner = curionav.planner("orca", map=True)(Orca)
+unchecked = curionav.planner("orca-unchecked", map=True, check="driver")(Orca)
