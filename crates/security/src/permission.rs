@@ -37,7 +37,11 @@ mod tests {
             "world" => "w",
             _ => "x",
         };
-        let role = |row: &crate::table::Row| if row.role == "{term}" { "cpc" } else { row.role };
+        let role = |row: &crate::table::Row| match row.role {
+            "{term}" => "cpc",
+            "own-{planner}" => "own-mine",
+            role => role,
+        };
         TABLE
             .iter()
             .map(|row| Name::new(role(row), &row.names.iter().map(part).collect::<Vec<_>>()).unwrap())

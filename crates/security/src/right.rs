@@ -61,6 +61,7 @@ pub struct Right {
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// The first part of the certificate's name. `{term}` stands for any other word: the term of an evaluator.
+    /// `own-{planner}` stands for any word that begins with `own-`.
     pub role: &'static str,
     /// The parts that follow.
     pub names: &'static [&'static str],

@@ -44,7 +44,11 @@ impl Site {
     pub(super) fn new() -> Self {
         let part = |what: &&str| PARTS.iter().find(|part| part.0 == *what).unwrap().1;
         let of_rows = TABLE.iter().map(|row| {
-            let role = if row.role == "{term}" { "cpc" } else { row.role };
+            let role = match row.role {
+                "{term}" => "cpc",
+                "own-{planner}" => "own-mine",
+                role => role,
+            };
             Name::new(role, &row.names.iter().map(part).collect::<Vec<_>>()).unwrap()
         });
         let groups = ["operator.ward", "viewer.ward"].map(|text| {
