@@ -22,7 +22,7 @@ class Drive:
     start: Pose | None = None
     laser: Pose | None = None
     range_max: float = 30.0
-    odometry_noise: float = 5.0
+    odometry_noise: float = 1.0
     end: End | None = None
 
     def missing(self) -> list[Path]:

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn odometry_noise_has_the_declared_variance_whatever_the_step() {
-        // 5 m straight: position variance 0.004 * 5 on the axis of travel, heading 0.0005 * 5.
+        // 5 m straight: position variance 0.004 * 5 on the axis of travel, heading 0.004 * 5.
         let map = StaticMap::new(OccupancyGrid::new(200, 20, 0.1, Pose2::default(), vec![0; 4000]).unwrap());
         let map = Surroundings::new(&map, &WorldSetup::default());
         for dt in [0.1, 0.05] {
@@ -184,7 +184,7 @@ mod tests {
             }
             let (along, heading) = (along / runs as f64, heading / runs as f64);
             assert!((along / 0.02 - 1.0).abs() < 0.1, "dt {dt}: {along}");
-            assert!((heading / 0.0025 - 1.0).abs() < 0.1, "dt {dt}: {heading}");
+            assert!((heading / 0.02 - 1.0).abs() < 0.1, "dt {dt}: {heading}");
         }
     }
 }

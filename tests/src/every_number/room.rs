@@ -76,9 +76,9 @@ laser = { silent_share = 0.0, noise_m = 0.0, moved = [0.0, 0.0, 0.0], late_s = 0
 carried_to = [1.0, 1.0, 0.0]
 [odometry_noise]
 position_per_metre = 0.004
-position_per_radian = 0.0001
-heading_per_metre = 0.0005
-heading_per_radian = 0.0012
+position_per_radian = 0.001
+heading_per_metre = 0.004
+heading_per_radian = 0.006
 [perception]
 people = "all"
 frame = "map"

@@ -34,8 +34,8 @@ const POSITION_WINDOWS: [f64; 3] = [0.5, 1.0, 2.0];
 const HEADING_WINDOWS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Windows that tell anything of noise.
 const WINDOWS_MIN: usize = 20;
-/// No base is better than a tenth of the simulated one.
-const LEAST_SHARE: f64 = 0.1;
+/// No base is better than a hundredth of the usual one.
+const LEAST_SHARE: f64 = 0.01;
 
 /// A stretch of the log, by the localiser and by odometry.
 #[derive(Debug, Clone, Copy)]

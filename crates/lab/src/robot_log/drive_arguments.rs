@@ -50,9 +50,8 @@ pub struct DriveArguments {
     /// Ranges from here on met nothing, metres.
     #[arg(long, value_name = "M", default_value_t = 30.0, value_parser = range_max)]
     range_max: f64,
-    /// How many times greater than the simulated robot's the variances of odometry are. Five fits the bases of most
-    /// published logs.
-    #[arg(long, value_name = "N", default_value_t = 5.0, value_parser = odometry_noise, conflicts_with = "robot_file")]
+    /// How many times greater the variances of odometry are than the usual ones, which fit most published logs.
+    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = odometry_noise, conflicts_with = "robot_file")]
     odometry_noise: f64,
     /// How long before their stamps scans were taken, seconds.
     #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = laser_delay, conflicts_with = "robot_file")]

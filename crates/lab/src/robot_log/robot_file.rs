@@ -17,14 +17,14 @@ pub(crate) struct RobotFile {
 }
 
 impl RobotFile {
-    /// A base whose odometry has so many times the variances of the simulated one.
+    /// A base whose odometry has so many times the usual variances.
     pub(crate) fn of_arguments(times: f64, delay_s: f64) -> Self {
-        let simulated = OdometryNoise::default();
+        let usual = OdometryNoise::default();
         let noise = OdometryNoise {
-            position_per_metre: times * simulated.position_per_metre,
-            position_per_radian: times * simulated.position_per_radian,
-            heading_per_metre: times * simulated.heading_per_metre,
-            heading_per_radian: times * simulated.heading_per_radian,
+            position_per_metre: times * usual.position_per_metre,
+            position_per_radian: times * usual.position_per_radian,
+            heading_per_metre: times * usual.heading_per_metre,
+            heading_per_radian: times * usual.heading_per_radian,
         };
         Self { noise, delay_s }
     }

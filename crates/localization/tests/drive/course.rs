@@ -2,12 +2,13 @@
 
 use curionav_localization::{Estimate, Localizer, LocalizerParams};
 use curionav_planning::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
+use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::sensor::LaserModel;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::simulation::{NOISE, Robot};
+use crate::simulation::Robot;
 
 /// Figures of one run.
 #[derive(Debug, Default)]
@@ -105,7 +106,8 @@ pub(crate) fn nominal_start(truth: Pose2, params: &LocalizerParams, seed: u64) -
 
 /// A localizer told nothing.
 pub(crate) fn untold(map: &StaticMap, params: &LocalizerParams, seed: u64) -> Localizer {
-    Localizer::new(map.clone(), LaserModel::default(), NOISE, params.clone(), seed).unwrap()
+    Localizer::new(map.clone(), LaserModel::default(), OdometryNoise::default(), params.clone(), seed)
+        .unwrap()
 }
 
 /// A localizer told the nominal start.

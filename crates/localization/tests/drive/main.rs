@@ -13,6 +13,7 @@ use std::time::Instant;
 use course::*;
 use curionav_localization::{LaserLikelihood, Localizer, LocalizerParams, Scan};
 use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
+use curionav_planning::motion::OdometryNoise;
 use curionav_planning::sensor::LaserModel;
 use nalgebra::Matrix3;
 use simulation::*;
@@ -59,7 +60,9 @@ fn a_filter_started_at_a_pose_is_one_that_is_told_it_afterwards() {
         told.initialise(pose, &covariance);
         let (laser, params) = (LaserModel::default(), params.clone());
         let start = (pose, &covariance);
-        let mut started = Localizer::starting_at(map.clone(), laser, NOISE, params, seed, start).unwrap();
+        let mut started =
+            Localizer::starting_at(map.clone(), laser, OdometryNoise::default(), params, seed, start)
+                .unwrap();
         let ranges = vec![2.0; laser.beams as usize];
         for tick in 0..40 {
             let (odometry, stamp) = (Pose2::new(0.1 * f64::from(tick), 0.0, 0.0), 0.1 * f64::from(tick));
@@ -198,7 +201,7 @@ fn in_a_bare_area_the_covariance_grows_as_odometry_says() {
             estimate = robot.tick(&mut localizer);
             let (dx, dy) = (robot.truth.x - before.x, robot.truth.y - before.y);
             let a = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
-            expected = a * expected * a.transpose() + NOISE.process_covariance(0.1, 0.0);
+            expected = a * expected * a.transpose() + OdometryNoise::default().process_covariance(0.1, 0.0);
             before = robot.truth;
             assert!(!estimate.observed);
         }

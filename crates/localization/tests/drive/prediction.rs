@@ -9,7 +9,7 @@ use curionav_planning::evaluation::cpc::{
 };
 use curionav_planning::forecast::ForecastParams;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
-use curionav_planning::motion::step;
+use curionav_planning::motion::{OdometryNoise, step};
 use curionav_planning::random::{rng, uniform};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::sensor::LaserModel;
@@ -17,7 +17,7 @@ use curionav_planning::states::States;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::course::untold;
-use crate::simulation::{DT, NOISE, PERSON, Robot, hall};
+use crate::simulation::{DT, PERSON, Robot, hall};
 
 /// Ticks per state of a candidate, and states.
 const TICKS: usize = 3;
@@ -29,7 +29,7 @@ const SETTLING: usize = 40;
 fn what_is_predicted_along_a_way_is_what_the_localiser_then_knows() {
     let map = hall(20.0, 8.0, &[(9.0, 0.0, 9.4, 3.0)]);
     let field = InformationField::new(&map, &LaserModel::default(), &InformationParams::default());
-    let evaluator = CpcEvaluator::new(Arc::new(field), NOISE, CpcParams::default());
+    let evaluator = CpcEvaluator::new(Arc::new(field), OdometryNoise::default(), CpcParams::default());
     let sigma = Matrix3::from_diagonal(&Vector3::new(0.04, 0.04, 0.01));
     let cases = [
         ("at rest before a wall", Pose2::new(16.5, 4.0, 0.0), 0.0, 0.0),
@@ -102,7 +102,7 @@ fn among_people_who_hide_a_wall_the_prediction_is_off_by_little_more_than_half_i
     let (laser, params) = (LaserModel::default(), InformationParams::default());
     let field = Arc::new(InformationField::new(&map, &laser, &params));
     let rays = Arc::new(RayField::new(&field, &map, &laser, &params));
-    let cpc = CpcEvaluator::new(field, NOISE, CpcParams::default());
+    let cpc = CpcEvaluator::new(field, OdometryNoise::default(), CpcParams::default());
     let occluded = CpcOccludedEvaluator::new(cpc.clone(), rays, ForecastParams::default());
     let sigma = Matrix3::from_diagonal(&Vector3::new(0.04, 0.04, 0.01));
     let (lane, twist) = (3.2, Twist { v: 0.8, omega: 0.0 });

@@ -10,14 +10,6 @@ use curionav_planning::sensor::LaserModel;
 use curionav_testing::reference_data;
 use nalgebra::{Matrix3, Vector3};
 
-/// 0.2 m standard deviation per 10 m, 5 degrees per full turn, little drift of heading on the straight.
-pub(crate) const NOISE: OdometryNoise = OdometryNoise {
-    position_per_metre: 0.004,
-    position_per_radian: 0.0001,
-    heading_per_metre: 0.0002,
-    heading_per_radian: 0.00121,
-};
-
 pub(crate) const DT: f64 = 0.1;
 
 /// The real map, if the dataset is there.
@@ -129,7 +121,7 @@ impl<'a> Robot<'a> {
         let before = self.truth;
         self.truth = step(self.truth, twist, DT);
         let moved = before.relative(self.truth);
-        let variances = NOISE.variances(twist.v * DT, twist.omega * DT);
+        let variances = OdometryNoise::default().variances(twist.v * DT, twist.omega * DT);
         let noise: Vec<f64> =
             variances.iter().map(|v| v.sqrt() * standard_normal(&mut self.random)).collect();
         let measured =
