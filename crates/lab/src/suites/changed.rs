@@ -87,6 +87,14 @@ fn closed_floors() -> anyhow::Result<Vec<File>> {
         {
             continue;
         }
+        // Who stands has to leave the robot a way, which a closed floor does not have.
+        let mut scenario = floor.scenario.clone();
+        scenario.crowds.retain(|crowd| crowd.behaviour == Behaviour::Walk);
+        scenario.world.objects = vec![door.clone()];
+        let floor = Floor { scenario, ..floor };
+        if !floor.has_room_for_people(&floor.scenario.world) {
+            continue;
+        }
         found += 1;
         let until = [("closed", None), ("reopened", Some(OPENED_S))];
         for (folder, until_s) in until {
@@ -99,7 +107,6 @@ fn closed_floors() -> anyhow::Result<Vec<File>> {
                 None => "The only way to the goal is closed.".to_owned(),
                 Some(s) => format!("The only way to the goal is closed for {s} s."),
             };
-            scenario.crowds = Vec::new();
             scenario.world.objects = vec![WorldObject { until_s, ..door.clone() }];
             files.push(scenario_file(folder, &scenario)?);
         }

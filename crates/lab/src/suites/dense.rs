@@ -5,13 +5,11 @@ use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::Cell;
 use curionav_planning::sensor::LaserModel;
 
-use super::files::{File, map_files, rectangle, region, scenario_file, walking};
+use super::files::{File, in_company, map_files, rectangle, region, scenario_file, walking};
 use crate::paper::{Layout, OWN_CELL_M, Polygon, task};
 
 /// People per square metre of floor.
 const DENSITIES: [f64; 4] = [0.1, 0.2, 0.4, 0.8];
-/// Speeds of people in a hurry, m/s.
-const SPEED: [f64; 2] = [0.6, 1.3];
 /// Range of the laser, metres: a common one of a service robot.
 const RANGE_M: f64 = 8.0;
 
@@ -128,17 +126,15 @@ fn at_densities(folder: &str, place: Place, densities: &[f64]) -> anyhow::Result
             let mut scenario = task(&name, &description, &map, place.start, place.goal);
             scenario.laser = LaserModel { range_max: RANGE_M, ..LaserModel::default() };
             scenario.people.motion = motion;
-            let hurrying = |count| Crowd { speed: SPEED, ..walking(count) };
             let streams = place.streams.len().max(1);
             // Earlier streams take what does not divide.
             let share = |k: usize| people / streams + usize::from(k < people % streams);
             scenario.crowds = match &place.streams[..] {
-                [] => vec![Crowd { places: 4, stretch_m: [3.0, 16.0], ..hurrying(people) }],
+                [] => in_company(Crowd { places: 4, stretch_m: [3.0, 16.0], ..walking(people) }),
                 streams => (streams.iter().enumerate())
-                    .map(|(k, regions)| Crowd {
-                        regions: regions.clone(),
-                        stretch_m: [1.0, 30.0],
-                        ..hurrying(share(k))
+                    .flat_map(|(k, regions)| {
+                        let regions = regions.clone();
+                        in_company(Crowd { regions, stretch_m: [1.0, 30.0], ..walking(share(k)) })
                     })
                     .collect(),
             };

@@ -9,7 +9,27 @@ use curionav_planning::random::{Rng, uniform};
 /// Path below `scenarios/`, and content.
 pub type File = (String, Vec<u8>);
 
-/// People who walk between two places anywhere on the floor, at the speeds of the paper's (A31).
+/// Speeds at which people walk, m/s: those of nearly all pedestrians (Weidmann, 1993: 1.34 m/s, deviation 0.26).
+const SPEED: [f64; 2] = [0.8, 1.6];
+/// The chance of a person to take no notice of the robot, and to walk on until its body stops one.
+const HEEDLESS: f64 = 0.2;
+/// Sizes of groups that walk side by side. Larger ones do not walk in a line (Moussaid and others, 2010).
+const GROUP: [u32; 2] = [2, 3];
+/// Of so many people who walk, one walks in a group.
+const ONE_IN_A_GROUP: u32 = 3;
+
+/// A crowd of people who walk, as two: those who walk in groups, and those who walk alone. Groups are drawn first,
+/// while there is room for them.
+pub(super) fn in_company(crowd: Crowd) -> Vec<Crowd> {
+    let grouped = crowd.count / ONE_IN_A_GROUP;
+    if grouped < GROUP[0] {
+        return vec![crowd];
+    }
+    let groups = Crowd { count: grouped, group: GROUP, ..crowd.clone() };
+    vec![groups, Crowd { count: crowd.count - grouped, ..crowd }]
+}
+
+/// People who walk alone between two places anywhere on the floor.
 pub(super) fn walking(count: usize) -> Crowd {
     Crowd {
         count: count as u32,
@@ -17,11 +37,11 @@ pub(super) fn walking(count: usize) -> Crowd {
         regions: Vec::new(),
         places: 2,
         stretch_m: [4.0, 10.0],
-        speed: [0.3, 1.0],
+        speed: SPEED,
         pause_s: [0.0, 0.0],
         group: [1, 1],
         apart_m: 1.5,
-        heedless: 0.0,
+        heedless: HEEDLESS,
     }
 }
 

@@ -1,10 +1,10 @@
 //! Doors and aisles by width, empty and with people.
 
-use curionav_crowdsim::scenario::{Motion, Walker};
+use curionav_crowdsim::scenario::{Crowd, Motion};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::sensor::LaserModel;
 
-use super::files::{File, map_files, rectangle, scenario_file};
+use super::files::{File, map_files, rectangle, region, scenario_file, walking};
 use crate::paper::{Layout, Polygon, task};
 
 const FOLDER: &str = "narrow";
@@ -12,6 +12,8 @@ const FOLDER: &str = "narrow";
 const WIDTHS_CM: [u32; 4] = [70, 80, 90, 100];
 /// Side of a cell, metres: that of most maps of real buildings.
 const CELL_M: f64 = 0.05;
+/// Crowds are drawn where the robot gets by whole cells, and narrower places are narrower than that.
+const PASSABLE_CM: u32 = 80;
 /// Range of the laser, metres: a common one of a service robot.
 const RANGE_M: f64 = 8.0;
 /// Size of the floor, metres.
@@ -94,27 +96,17 @@ fn of_width(place: &Place, cm: u32) -> anyhow::Result<Vec<File>> {
     scenario.clock.time_limit_s = 90.0;
     files.push(scenario_file(FOLDER, &scenario)?);
     scenario.name += "-people";
-    scenario.description = format!("{} {cm} cm wide, with people on both sides.", place.description);
+    scenario.description = format!("{} {cm} cm wide, with people.", place.description);
     scenario.people.motion = Motion::Hrvo;
-    scenario.walkers = [
-        [(3.0, 1.0), (2.5, 7.0)],
-        [(2.0, 6.5), (3.2, 2.0)],
-        [(9.0, 7.0), (9.5, 1.0)],
-        [(10.0, 2.0), (9.0, 6.0)],
-    ]
-    .map(walker)
-    .to_vec();
+    // Before the narrow place two walk side by side; behind it, or before it too, two walk alone.
+    let alone = if cm < PASSABLE_CM { across(2.0, 3.4) } else { across(8.6, 10.0) };
+    scenario.crowds = vec![Crowd { group: [2, 2], ..across(2.0, 3.4) }, alone];
     files.push(scenario_file(FOLDER, &scenario)?);
     Ok(files)
 }
 
-fn walker(route: [(f64, f64); 2]) -> Walker {
-    Walker {
-        route: route.map(|(x, y)| Point2::new(x, y)).to_vec(),
-        speed: 0.7,
-        mode: Default::default(),
-        start_offset: 0.0,
-        pause_s: 1.0,
-        heedless: false,
-    }
+/// Two people who walk to and fro across the robot's way, between `west` and `east`, metres.
+fn across(west: f64, east: f64) -> Crowd {
+    let regions = vec![region(west, 0.5, east, 2.5), region(west, 5.5, east, DEPTH - 0.5)];
+    Crowd { regions, stretch_m: [3.0, 7.5], pause_s: [1.0, 1.0], ..walking(2) }
 }

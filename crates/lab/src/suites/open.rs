@@ -2,7 +2,7 @@
 
 use curionav_crowdsim::scenario::{Crowd, PlannerChoice};
 
-use super::files::{File, scenario_file, walking};
+use super::files::{File, in_company, scenario_file, walking};
 use crate::paper::{SEED, environments};
 
 /// Share of people who rest at the ends of their way, as in the curated scenes.
@@ -13,7 +13,8 @@ pub(super) fn files() -> anyhow::Result<Vec<File>> {
         let mut scenario = scene.scenario;
         let people = scenario.walkers.len();
         let resting = (RESTING * people as f64).round() as usize;
-        scenario.crowds = vec![Crowd { pause_s: [0.5, 6.0], ..walking(resting) }, walking(people - resting)];
+        scenario.crowds = vec![Crowd { pause_s: [0.5, 6.0], ..walking(resting) }];
+        scenario.crowds.extend(in_company(walking(people - resting)));
         scenario.walkers.clear();
         scenario.planner = PlannerChoice::default();
         scenario.map.file = format!("../paper/maps/{}.yaml", scenario.name);

@@ -1,7 +1,10 @@
 //! People as they were filmed. They do not see the robot.
+//!
+//! A film is cut into windows. Each is a place of its own, with a start and a goal on floor that filmed people walk on.
+//! No second of a film is in two windows, so the windows are as many independent places.
 
 use curionav_crowdsim::scenario::{Recorded, RecordingFormat};
-use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::geometry::{Point2, Pose2, bearing};
 use curionav_planning::sensor::LaserModel;
 
 use super::files::{File, map_files, rectangle, scenario_file};
@@ -9,40 +12,48 @@ use crate::paper::{Layout, OWN_CELL_M, rounded, task};
 
 /// Range of the laser, metres: a common one of a service robot.
 const RANGE_M: f64 = 8.0;
+/// Length of a window, seconds: the time limit of a run, and the moments at which it may begin.
+const WINDOW_S: f64 = 50.0;
+/// A run begins at a moment within the first seconds of its window, which the seed draws.
+const BEGIN_WITHIN_S: f64 = 5.0;
 
-/// (recording, map, last second at which a run may begin, tasks: name, description, start, goal). The recordings take
-/// 360 and 215 s.
-type Street = (&'static str, &'static str, f64, [(&'static str, &'static str, Pose2, Point2); 3]);
-
-fn streets() -> [Street; 2] {
-    // In both recordings nine tenths of the way is walked along y, as much north as south.
-    let north = std::f64::consts::FRAC_PI_2;
-    let [a, b, c] = [(-3.5, 5.0), (-3.5, 20.0), (6.0, 19.4)].map(|(x, y)| Point2::new(x, y));
-    let [d, e, f] = [(0.5, -9.5), (0.5, 11.0), (11.0, 1.0)].map(|(x, y)| Point2::new(x, y));
-    let from = |p: Point2, heading| Pose2::new(p.x, p.y, rounded(heading));
-    [
-        (
-            "zara01",
-            "../real/maps/zara01.yaml",
-            300.0,
-            [
-                ("north", "Along a street", from(a, north), b),
-                ("south", "Along a street, the other way", from(b, -north), a),
-                ("across", "Across a street", Pose2::new(-8.3, 14.2, 0.0), c),
-            ],
-        ),
-        (
-            "students03",
-            "maps/students03.yaml",
-            155.0,
-            [
-                ("north", "Along the main flow of a campus", from(d, north), e),
-                ("south", "Along the main flow of a campus, the other way", from(e, -north), d),
-                ("across", "Across the main flow of a campus", Pose2::new(-9.5, 1.0, 0.0), f),
-            ],
-        ),
-    ]
+/// A film, and the start and goal of each of its windows, metres. For as long as runs begin, no filmed person comes
+/// nearer to the start than 1.2 m.
+struct Film {
+    name: &'static str,
+    map: &'static str,
+    description: &'static str,
+    tasks: &'static [[(f64, f64); 2]],
 }
+
+/// The films take 360 and 215 s.
+const FILMS: [Film; 2] = [
+    Film {
+        name: "zara01",
+        map: "../real/maps/zara01.yaml",
+        description: "On a street",
+        tasks: &[
+            [(1.0, 8.0), (-4.0, 20.0)],
+            [(-4.5, 17.5), (-0.5, 5.5)],
+            [(-3.5, 8.5), (-2.5, 20.5)],
+            [(0.0, 20.5), (-3.0, 8.5)],
+            [(2.5, 6.0), (0.5, 20.5)],
+            [(-0.5, 19.0), (-0.5, 8.0)],
+            [(-0.5, 6.0), (-0.5, 18.5)],
+        ],
+    },
+    Film {
+        name: "students03",
+        map: "maps/students03.yaml",
+        description: "On a campus",
+        tasks: &[
+            [(6.0, -1.0), (-5.5, 5.5)],
+            [(-7.0, -5.5), (6.0, 1.0)],
+            [(-7.5, 7.5), (-5.5, -5.0)],
+            [(6.0, 3.5), (-7.5, -6.0)],
+        ],
+    },
+];
 
 pub(super) fn files() -> anyhow::Result<Vec<File>> {
     let mut files = Vec::new();
@@ -53,25 +64,34 @@ pub(super) fn files() -> anyhow::Result<Vec<File>> {
         furniture: vec![],
     };
     files.extend(map_files("recorded", "students03", &campus.grid(OWN_CELL_M, None)?)?);
-    for (recording, map, last_start_s, tasks) in streets() {
-        for (way, description, start, goal) in tasks {
-            let name = format!("{recording}-{way}");
-            let description = format!("{description} (UCY {recording}), from a second that the seed draws.");
-            let mut scenario = task(&name, &description, map, start, goal);
-            scenario.laser = LaserModel { range_max: RANGE_M, ..LaserModel::default() };
-            scenario.clock.time_limit_s = 90.0;
-            scenario.recorded = vec![Recorded {
-                file: format!("dataset:peds_eth_ucy/{recording}/obsmat.txt"),
-                format: RecordingFormat::Obsmat,
-                fps: 25.0,
-                start_s: 0.0,
-                start_until_s: Some(last_start_s),
-                pose: Pose2::default(),
-                ids: None,
-                r#loop: false,
-            }];
-            files.push(scenario_file("recorded", &scenario)?);
+    for film in &FILMS {
+        for (k, task) in film.tasks.iter().enumerate() {
+            files.push(window(film, k, *task)?);
         }
     }
     Ok(files)
+}
+
+/// The k-th window of a film.
+fn window(film: &Film, k: usize, task_points: [(f64, f64); 2]) -> anyhow::Result<File> {
+    let [start, goal] = task_points.map(|(x, y)| Point2::new(x, y));
+    let start = Pose2::new(start.x, start.y, rounded(bearing(start, goal)));
+    let begin_s = k as f64 * WINDOW_S;
+    let name = format!("{}-{}", film.name, k + 1);
+    let description =
+        format!("{}: {begin_s} to {} s of UCY {}.", film.description, begin_s + WINDOW_S, film.name);
+    let mut scenario = task(&name, &description, film.map, start, goal);
+    scenario.laser = LaserModel { range_max: RANGE_M, ..LaserModel::default() };
+    scenario.clock.time_limit_s = WINDOW_S - BEGIN_WITHIN_S;
+    scenario.recorded = vec![Recorded {
+        file: format!("dataset:peds_eth_ucy/{}/obsmat.txt", film.name),
+        format: RecordingFormat::Obsmat,
+        fps: 25.0,
+        start_s: begin_s,
+        start_until_s: Some(begin_s + BEGIN_WITHIN_S),
+        pose: Pose2::default(),
+        ids: None,
+        r#loop: false,
+    }];
+    scenario_file("recorded", &scenario)
 }

@@ -12,7 +12,7 @@ use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 use curionav_planning::random::{Rng, rng, uniform};
 use curionav_planning::sensor::LaserModel;
 
-use super::files::{File, map_files, scenario_file, walking};
+use super::files::{File, in_company, map_files, scenario_file, walking};
 use super::floor_plan::Use;
 use crate::paper::{rounded, task};
 
@@ -110,10 +110,15 @@ pub(super) fn drawn_task(
     let floor = floor_near(map, start.position(), goal);
     let people = ((0.03 + 0.04 * uniform(random)) * floor).clamp(4.0, 60.0).round() as usize;
     let standing = people / 4;
-    scenario.crowds = vec![
-        Crowd { places: 3, stretch_m: [2.0, 12.0], pause_s: [0.0, 5.0], ..walking(people - standing) },
-        Crowd { behaviour: Behaviour::Stand, group: [1, 3], ..walking(standing) },
-    ];
+    let walkers =
+        Crowd { places: 3, stretch_m: [2.0, 12.0], pause_s: [0.0, 5.0], ..walking(people - standing) };
+    scenario.crowds = in_company(walkers);
+    scenario.crowds.push(Crowd {
+        behaviour: Behaviour::Stand,
+        group: [1, 3],
+        heedless: 0.0,
+        ..walking(standing)
+    });
     Ok(scenario)
 }
 

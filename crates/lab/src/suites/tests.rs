@@ -1,5 +1,7 @@
 use curionav_crowdsim::Scenario;
+use curionav_crowdsim::scenario::{Behaviour, Recorded};
 use curionav_crowdsim::world::World;
+use curionav_planning::geometry::Point2;
 use curionav_testing::skip;
 
 use super::*;
@@ -41,6 +43,83 @@ fn every_changed_floor_has_things_on_no_map_and_a_twin_whose_map_has_them() {
     let pushed = changed.iter().filter(|s| s.world.objects.iter().any(|object| !object.route.is_empty()));
     assert!(pushed.count() > 20, "hardly any trolley is pushed");
     assert_eq!((of_folder(&files, "closed").len(), of_folder(&files, "reopened").len()), (4, 4));
+}
+
+/// A moment of a film: seconds, and where one of the people was.
+type Frame = (f64, Point2);
+
+fn frame(line: &str, fps: f64) -> Frame {
+    let numbers: Vec<f64> = line.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    (numbers[0] / fps, Point2::new(numbers[2], numbers[4]))
+}
+
+/// What a film has, if it is at hand.
+#[track_caller]
+fn frames(film: &Recorded) -> Option<Vec<Frame>> {
+    let path = film.file.strip_prefix("dataset:").unwrap();
+    let text = std::fs::read_to_string(curionav_testing::reference_data(path)?).unwrap();
+    Some(text.lines().map(|line| frame(line, film.fps)).collect())
+}
+
+#[test]
+fn no_second_of_a_film_is_used_twice_and_tasks_are_where_people_walk() {
+    let scenarios = of_folder(&recorded::files().unwrap(), "recorded");
+    assert_eq!(scenarios.len(), 11);
+    for (k, scenario) in scenarios.iter().enumerate() {
+        let film = &scenario.recorded[0];
+        let begin = film.start_s..film.start_until_s.unwrap();
+        let until = begin.end + scenario.clock.time_limit_s;
+        for other in scenarios[k + 1..].iter().filter(|other| other.recorded[0].file == film.file) {
+            assert!(until <= other.recorded[0].start_s, "{} and {}", scenario.name, other.name);
+        }
+        let Some(frames) = frames(film) else { return };
+        assert!(frames.iter().any(|(time, _)| *time > until - 5.0), "{} outlasts its film", scenario.name);
+        let start = scenario.robot.start.position();
+        for place in [start, scenario.robot.goal] {
+            let walked = frames.iter().filter(|(_, p)| p.distance(place) < 0.5).count();
+            assert!(walked >= 10, "{}: {walked} frames at {place:?}", scenario.name);
+        }
+        let near = frames.iter().filter(|(time, p)| begin.contains(time) && p.distance(start) < 1.2);
+        assert_eq!(near.count(), 0, "{}", scenario.name);
+    }
+}
+
+#[test]
+fn people_of_drawn_suites_are_fast_and_slow_alone_in_groups_and_heedless() {
+    let (files, _) = committed().unwrap();
+    let suites = [
+        "open",
+        "halls",
+        "dense",
+        "rooms",
+        "narrow",
+        "changed",
+        "changed-mapped",
+        "closed",
+        "reopened",
+        "training",
+    ];
+    for suite in suites {
+        let crowds: Vec<_> = of_folder(&files, suite).into_iter().flat_map(|s| s.crowds).collect();
+        let walking: Vec<_> = crowds.iter().filter(|c| c.behaviour == Behaviour::Walk).collect();
+        assert!(!walking.is_empty(), "{suite}");
+        assert!(walking.iter().all(|c| c.speed == [0.8, 1.6] && c.heedless == 0.2), "{suite}");
+        let grouped: u32 = walking.iter().filter(|c| c.group[1] > 1).map(|c| c.count).sum();
+        let all: u32 = walking.iter().map(|c| c.count).sum();
+        let share = f64::from(grouped) / f64::from(all);
+        assert!((0.2..=0.5).contains(&share), "{suite}: {share}");
+    }
+}
+
+#[test]
+fn halls_are_as_many_places_as_a_test_over_places_needs() {
+    let files = halls::files().unwrap();
+    let scenarios = of_folder(&files, "halls");
+    let maps: std::collections::BTreeSet<&Vec<u8>> =
+        files.iter().filter(|(path, _)| path.ends_with(".pgm")).map(|(_, bytes)| bytes).collect();
+    assert_eq!((scenarios.len(), maps.len()), (25, 25));
+    let largest = maps.iter().map(|bytes| bytes.len()).max().unwrap();
+    assert!(largest < 150_000, "{largest} bytes");
 }
 
 fn world(scene: &PaperScene, scenario: &Scenario, seed: u64) -> World {
