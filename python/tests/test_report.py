@@ -16,7 +16,21 @@ from bench_rows import bench, row, rows
 
 from curionav.report import statistics
 from curionav.report.comparison import Comparison, Order, published
-from curionav.report.measures import CLEARANCE, LENGTH, MD, NT, PAPER, RMSE, SUCCESS, TD, TIME, VEL, blame, tally
+from curionav.report.measures import (
+    CLEARANCE,
+    LENGTH,
+    MD,
+    NT,
+    PAPER,
+    RMSE,
+    SUCCESS,
+    TD,
+    TIME,
+    VEL,
+    blame,
+    overlaps,
+    tally,
+)
 from curionav.report.words import SLIPS
 
 DATA = Path(__file__).parent / "data" / "bench"
@@ -177,6 +191,15 @@ def test_who_is_faster_towards_the_other_walks_into_the_other() -> None:
     speeds = [(1, 0.5, 0.4), (1, 0.3, 0.4), (1, -0.1, 0.4), (None, 0.2, 0.0)]
     contacts = [{"person": person, "robot_mps": own, "person_mps": other} for person, own, other in speeds]
     assert blame([{"contacts": contacts}]) == {"walls": 1, "robot": 1, "person": 1, "run_down": 1}
+
+
+def test_overlaps_are_added_up_over_runs_and_older_runs_have_none() -> None:
+    told = {"social": {"overlaps_standing_behind": 2.0, "overlaps_moving_ahead": 1.0, "spl": 1.0}}
+    counts = overlaps([told, told, {"social": {}}, {}])
+    assert counts == {
+        "overlaps_standing_ahead": 0, "overlaps_standing_beside": 0, "overlaps_standing_behind": 4,
+        "overlaps_moving_ahead": 2, "overlaps_moving_beside": 0, "overlaps_moving_behind": 0,
+    }  # fmt: skip
 
 
 def test_values_are_shown_with_their_units_and_zero_has_no_sign() -> None:

@@ -45,6 +45,21 @@ def test_scenes_are_told_apart_by_kind_where_there_are_several() -> None:
     assert "By kind of scene" not in render(made(["a", "b"]), [])
 
 
+def test_all_overlaps_stand_beside_the_collisions_and_social_measures_have_a_table() -> None:
+    planners = ["a", "b"]
+    runs = rows("hall-1", planners, lambda _p, _s: 0.1)
+    for run in runs:
+        if run["planner"] == "b":
+            run["measures"]["collisions"] = 1
+            run["social"] |= {"overlaps_standing_behind": 2.0, "overlaps_moving_ahead": 1.0, "group_intrusions": 3.0}
+    page = render(bench(runs, planners, {"hall-1": 0}), [])
+    # Ten runs: collisions, then standing ahead, beside and behind, then moving.
+    cells = "".join(f"<td>{number}</td>" for number in (10, 0, 0, 20, 10, 0, 0))
+    assert cells in page.split("All overlaps of bodies")[1].split("</table>")[0]
+    social = page.split("Social navigation</h2>")[1].split("</table>")[0]
+    assert "<td>3.00</td>" in social and "group intrusions, mean" in social
+
+
 KINDS = [("10 of 20", "10, 0, 0"), ("10 of 10", "0, 0, 0")]
 
 

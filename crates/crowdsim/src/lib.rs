@@ -32,4 +32,4 @@ pub mod world;
 pub use maps::Maps;
 pub use recorded::{Recording, RecordingError};
 pub use scenario::Scenario;
-pub use world::{Observation, RecordedExtent, Touch, Truth, World};
+pub use world::{Observation, Overlap, RecordedExtent, Touch, Truth, World};

@@ -5,6 +5,7 @@
 //! the paper, and of those that no wall hides from where the robot truly is. Every row stands for the time since the
 //! row before it; the first has none.
 
+mod overlaps;
 pub mod social;
 
 use std::collections::BTreeMap;

@@ -40,6 +40,16 @@ impl Walkers {
         }
     }
 
+    /// How much of the last step each lost against walking on at its preferred speed, 0 to 1; 0 for who rests, stands or
+    /// has arrived.
+    pub(crate) fn lost_shares(&self) -> impl Iterator<Item = f64> {
+        let (scripted, avoiding): (&[WalkerState], &[Body]) = match self {
+            Self::Scripted(walkers) => (walkers, &[]),
+            Self::Avoiding(crowd) => (&[], crowd.people()),
+        };
+        scripted.iter().map(WalkerState::lost_share).chain(avoiding.iter().map(lost_share))
+    }
+
     /// All walk for `dt` seconds, and see the robot where it is now. Scripted walkers wait for it. Avoiding walkers
     /// walk around it, and around `others`: recorded and live people, who move by themselves. The heedless take no
     /// notice of the robot. `radius` is a walker's, metres.
@@ -59,6 +69,12 @@ impl Walkers {
             Self::Avoiding(crowd) => crowd.step(dt, map, Some(robot), others),
         }
     }
+}
+
+/// The part of the preferred velocity that a body does not have.
+fn lost_share(body: &Body) -> f64 {
+    let wanted = body.preferred.norm_squared();
+    if wanted > 0.0 { (1.0 - body.velocity.dot(&body.preferred) / wanted).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// The robot as people see it: they expect it to go on as it goes and to do its half of the avoiding.

@@ -84,6 +84,11 @@ impl WalkerState {
         (self.speed * (b.x - a.x) / length, self.speed * (b.y - a.y) / length)
     }
 
+    /// How much of the last step was lost: all of it while the walker waits for the robot.
+    pub(crate) fn lost_share(&self) -> f64 {
+        f64::from(u8::from(self.waits))
+    }
+
     /// Walks for `dt` seconds; waits instead when the robot is ahead and the step would end within
     /// `keep_off` metres of it (D11). A robot beside or behind stops no walker; a heedless one walks on until the
     /// bodies touch.

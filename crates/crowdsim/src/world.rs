@@ -1,5 +1,6 @@
 //! The world: robot, people and sensors, one tick after the other.
 
+mod group;
 mod recorded_extent;
 mod truth;
 
@@ -26,9 +27,10 @@ use crate::surroundings::Surroundings;
 use crate::things::Things;
 use curionav_planning::time_to_collision::time_to_collision;
 
+use self::group::is_in_group;
 pub use self::recorded_extent::RecordedExtent;
 use self::recorded_extent::chosen;
-pub use self::truth::{Touch, Truth};
+pub use self::truth::{Overlap, Touch, Truth};
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
 /// drawn from a stream of its own for each tick, so that looking twice sees the same.
@@ -43,6 +45,9 @@ pub const MOST_PEOPLE: usize = 1024;
 
 /// Draws of a true start that is clear of walls and people before the nominal one is taken.
 const START_DRAWS: usize = 1000;
+
+/// Where a person's social space ends, metres of gap (Hall).
+const SOCIAL_SPACE_M: f64 = 3.6;
 
 /// Ids of live people begin here; below are walkers, then recorded people.
 pub const FIRST_LIVE_ID: u32 = 1_000_000;
@@ -293,6 +298,7 @@ impl World {
                 seen_person_distance = distance;
             }
         }
+        let (held_up, held_up_near) = self.held_up();
         let touched = self.overlapping().filter(|i| !self.unavoidable.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
@@ -305,8 +311,27 @@ impl World {
             wall_clearance: self.around.distance(pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
             touching: touched.map(|i| Touch::of(pose, twist, &self.people, i)).collect(),
+            overlaps: self.overlapping().map(|i| Overlap::of(pose, &self.people, i)).collect(),
+            is_in_group: is_in_group(pose.position(), self.plant.radius(), &self.people),
+            held_up,
+            held_up_near,
             time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
         }
+    }
+
+    /// [`Truth::held_up`] and [`Truth::held_up_near`].
+    fn held_up(&self) -> (f64, f64) {
+        let robot = self.plant.pose.position();
+        let reach = self.contact_distance() + SOCIAL_SPACE_M;
+        let mut all = 0.0;
+        let mut near = 0.0;
+        for (i, lost) in self.walkers.lost_shares().enumerate() {
+            all += lost;
+            if self.people.position(i).distance(robot) < reach {
+                near += lost;
+            }
+        }
+        (all, near)
     }
 
     /// One tick: the robot moves towards the commanded twist, then the people move, seeing it there.

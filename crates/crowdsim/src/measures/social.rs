@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use curionav_planning::geometry::{Point2, wrap_angle};
 
+use super::overlaps::overlaps;
 use super::total;
 use crate::outcome::Outcome;
 use crate::world::Truth;
@@ -47,6 +48,8 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
     measures.extend(success(rows, task));
     measures.extend(motion(rows));
     measures.extend(space(rows, task.robot_radius));
+    measures.extend(company(rows));
+    measures.extend(overlaps(rows));
     measures.retain(|_, value| value.is_finite());
     measures
 }
@@ -91,7 +94,7 @@ fn success(rows: &[&Truth], task: &Task<'_>) -> [(&'static str, f64); 13] {
 }
 
 /// How the robot moved.
-fn motion(rows: &[&Truth]) -> [(&'static str, f64); 11] {
+fn motion(rows: &[&Truth]) -> [(&'static str, f64); 12] {
     let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();
     let accelerations = differences(&speeds);
     let jerks = differences(&accelerations);
@@ -99,7 +102,11 @@ fn motion(rows: &[&Truth]) -> [(&'static str, f64); 11] {
     let speed = Spread::of(speeds.iter().map(|(_, v)| *v), |v| v);
     let acceleration = Spread::of(accelerations.iter().map(|(_, a)| *a), f64::abs);
     let jerk = Spread::of(jerks.iter().map(|(_, j)| *j), f64::abs);
-    let turns = steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs());
+    let turns = steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading));
+    let turns: Vec<f64> = turns.collect();
+    let turned = total(turns.iter().map(|turn| turn.abs()));
+    let unneeded = turned - total(turns.into_iter()).abs();
+    let driven = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
     [
         // Least, mean and greatest speed, m/s (V).
         ("speed_min_mps", speed.least),
@@ -116,7 +123,10 @@ fn motion(rows: &[&Truth]) -> [(&'static str, f64); 11] {
         // Time slower than 0.001 m/s and 0.01 rad/s, seconds (HuNavSim).
         ("stopped_s", time_with(rows, is_stopped)),
         // Sum of all changes of heading, radians.
-        ("heading_change_rad", total(turns)),
+        ("heading_change_rad", turned),
+        // Turning that is not needed to get from the first heading to the last, per metre driven, rad/m: path
+        // irregularity (Guzzi et al., 2013); none if the robot never drove.
+        ("path_irregularity_radpm", unneeded / driven),
     ]
 }
 
@@ -144,6 +154,22 @@ fn space(rows: &[&Truth], robot_radius: f64) -> [(&'static str, f64); 10] {
         ("closest_person_avg_m", mean(rows.iter().map(|r| r.person_clearance.max(0.0)))),
         // Least distance from the robot's body to a person's centre, metres (HuNavSim's minimum distance).
         ("people_distance_min_m", least(rows.iter().map(|r| r.person_distance - robot_radius))),
+    ]
+}
+
+/// What it did to people who are together, or on their way.
+fn company(rows: &[&Truth]) -> [(&'static str, f64); 4] {
+    let entered = steps(rows).filter(|(a, b)| !a.is_in_group && b.is_in_group).count();
+    let began_inside = rows.first().is_some_and(|row| row.is_in_group);
+    let within = f64::from(count(rows, |row| row.is_in_group)) / rows.len().max(1) as f64;
+    [
+        // Times the robot came between people who stand or walk together, and the share of steps in which it was there.
+        ("group_intrusions", entered as f64 + f64::from(u8::from(began_inside))),
+        ("group_intrusion_share", within),
+        // Time that all people with routes together lost against walking on at their preferred speed, seconds; and
+        // the part of it of those within 3.6 m of the robot.
+        ("people_delay_s", total(steps(rows).map(|(a, b)| b.held_up * (b.time - a.time)))),
+        ("people_delay_near_s", total(steps(rows).map(|(a, b)| b.held_up_near * (b.time - a.time)))),
     ]
 }
 

@@ -19,6 +19,10 @@ fn rows(count: usize, change: impl Fn(usize, &mut Truth)) -> Vec<Truth> {
                 wall_clearance: 2.0,
                 wall_impact: None,
                 touching: Vec::new(),
+                overlaps: Vec::new(),
+                is_in_group: false,
+                held_up: 0.0,
+                held_up_near: 0.0,
                 time_to_collision: f64::INFINITY,
             };
             change(i, &mut row);
@@ -183,4 +187,59 @@ fn standing_for_three_seconds_is_a_freeze() {
 fn an_empty_track_has_measures() {
     let m = judged(Outcome::Timeout, Vec::new());
     assert_eq!((m["time_s"], m["length_m"], m["speed_max_mps"], m["freezes"]), (0.0, 0.0, 0.0, 0.0));
+}
+
+#[test]
+fn overlaps_are_told_by_who_moved_and_where_the_person_was() {
+    use crate::world::Overlap;
+    let at = |id: u32, degrees: f64| Overlap { id, bearing: degrees.to_radians() };
+    // Person 1 ahead in rows 2 to 4 of a robot that moves: one episode. Row 5 to 6: the robot stands, person 2 comes
+    // from behind and 3 to its side; row 8: person 1 again, at the left rear of the robot that moves.
+    let m = measured(10, |i, row| match i {
+        2..=4 => row.overlaps = vec![at(1, 44.0)],
+        5 | 6 => {
+            row.twist.v = 0.09;
+            row.overlaps = vec![at(2, 180.0), at(3, -46.0)];
+        }
+        8 => row.overlaps = vec![at(1, 134.0)],
+        _ => {}
+    });
+    let counts = [
+        "standing_ahead",
+        "standing_beside",
+        "standing_behind",
+        "moving_ahead",
+        "moving_beside",
+        "moving_behind",
+    ]
+    .map(|name| m[format!("overlaps_{name}").as_str()]);
+    assert_eq!(counts, [0.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
+}
+
+#[test]
+fn coming_between_people_counts_once_each_time() {
+    // In the group in rows 0 to 1 and 4 to 6 of 10: twice, half of the rows.
+    let m = measured(10, |i, row| row.is_in_group = i < 2 || (4..7).contains(&i));
+    assert_eq!((m["group_intrusions"], m["group_intrusion_share"]), (2.0, 0.5));
+}
+
+#[test]
+fn what_people_lose_adds_up() {
+    // 4 steps of 0.5 s: one person stands still, another walks at half of its speed for two of the steps, far away.
+    let m = measured(5, |i, row| {
+        row.held_up_near = 1.0;
+        row.held_up = if i > 2 { 1.5 } else { 1.0 };
+    });
+    // near 4 * 0.5 * 1; all 2 * 0.5 * 1 + 2 * 0.5 * 1.5
+    assert_eq!((m["people_delay_near_s"], m["people_delay_s"]), (2.0, 2.5));
+}
+
+#[test]
+fn turning_to_and_fro_is_irregular_and_one_turn_is_not() {
+    // Headings 0, 0.5, 0, 0.5, 0.5: turned 1.5 rad of which 0.5 was needed, on 4 * 0.5 m.
+    let heading = [0.0, 0.5, 0.0, 0.5, 0.5];
+    let m = measured(5, |i, row| row.pose.heading = heading[i]);
+    assert!(near(m["path_irregularity_radpm"], 1.0 / 2.0), "{m:?}");
+    let m = measured(5, |i, row| row.pose.heading = 0.1 * i as f64);
+    assert!(near(m["path_irregularity_radpm"], 0.0), "{m:?}");
 }

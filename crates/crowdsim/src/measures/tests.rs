@@ -17,6 +17,10 @@ fn at(tick: u64, x: f64) -> Truth {
         wall_clearance: 3.0,
         wall_impact: None,
         touching: Vec::new(),
+        overlaps: Vec::new(),
+        is_in_group: false,
+        held_up: 0.0,
+        held_up_near: 0.0,
         time_to_collision: f64::INFINITY,
     }
 }

@@ -1,6 +1,6 @@
 //! What really is at one tick.
 
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::geometry::{Pose2, Twist, bearing, wrap_angle};
 use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::scene::People;
 
@@ -13,6 +13,15 @@ pub struct Touch {
     pub robot_speed: f64,
     /// How fast the person comes towards the robot, m/s; negative while the person goes away.
     pub person_speed: f64,
+}
+
+/// A person whose body overlaps the robot's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// Who.
+    pub id: u32,
+    /// In which direction from the robot, radians: 0 is straight ahead, positive to the left.
+    pub bearing: f64,
 }
 
 /// What really is at one tick: for measures, never for a planner.
@@ -39,8 +48,25 @@ pub struct Truth {
     /// The people whose disc overlaps the robot's (D11), by ascending id. One who came into being too late for the
     /// robot to stop, as filmed people do at the edge of a film, is left out until they have parted.
     pub touching: Vec<Touch>,
+    /// All people whose disc overlaps the robot's, by ascending id, also those who are left out of `touching`.
+    pub overlaps: Vec<Overlap>,
+    /// Whether the robot's body is between people who stand or walk together: in the convex hull of their centres.
+    pub is_in_group: bool,
+    /// How much of this tick all people with routes together lost against walking on at their preferred speed:
+    /// one who stands and wants to walk on counts as 1.
+    pub held_up: f64,
+    /// The part of `held_up` of those in whose social space the robot is, nearer than 3.6 m.
+    pub held_up_near: f64,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
+}
+
+impl Overlap {
+    /// The i-th person.
+    pub(super) fn of(pose: Pose2, people: &People, i: usize) -> Self {
+        let bearing = wrap_angle(bearing(pose.position(), people.position(i)) - pose.heading);
+        Self { id: people.id[i], bearing }
+    }
 }
 
 impl Touch {

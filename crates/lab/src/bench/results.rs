@@ -1,5 +1,7 @@
 //! The files that a bench writes.
 
+use std::collections::BTreeSet;
+
 use super::measure::Measure;
 use super::row::Row;
 use curionav_deployment::csv_row::csv_row;
@@ -15,8 +17,13 @@ const NOT_FIRST: [(&str, &str); 4] = [
 /// The columns of a planner of one's own: what checks what it proposes, and how often it failed.
 const OWN_PLANNER: [&str; 5] = ["check", "late", "errors", "refused", "deaths"];
 
-pub(super) fn files(rows: &[&Row]) -> [(&'static str, String); 3] {
-    [("results.csv", results(rows)), ("collisions.csv", collisions(rows)), ("timings.csv", timings(rows))]
+pub(super) fn files(rows: &[&Row]) -> [(&'static str, String); 4] {
+    [
+        ("results.csv", results(rows)),
+        ("social.csv", social(rows)),
+        ("collisions.csv", collisions(rows)),
+        ("timings.csv", timings(rows)),
+    ]
 }
 
 /// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and
@@ -57,6 +64,19 @@ fn decided(row: &Row, code: &str) -> String {
         return String::new();
     }
     others.get(code).copied().unwrap_or_default().to_string()
+}
+
+/// A row per run with all measures of social navigation, in the order of their names; nothing where a run has none.
+fn social(rows: &[&Row]) -> String {
+    let names: BTreeSet<&str> = rows.iter().flat_map(|row| row.social.keys().map(String::as_str)).collect();
+    let mut text = csv_row(["scenario", "planner", "seed"].into_iter().chain(names.iter().copied()));
+    for row in rows {
+        let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string()];
+        let numbers =
+            names.iter().map(|name| row.social.get(*name).copied().map_or_else(String::new, decimal));
+        text += &csv_row(labels.into_iter().chain(numbers));
+    }
+    text
 }
 
 /// A row per collision: how fast robot and person came towards each other; without a person's id it was a wall.
@@ -110,6 +130,20 @@ mod tests {
         let text = collisions(&[&row("a", "b", 1)]);
         let lines: Vec<&str> = text.lines().skip(1).collect();
         assert_eq!(lines, ["a,b,1,3.5,7,-0.25,1.25", "a,b,1,9,,0.5,0"]);
+    }
+
+    #[test]
+    fn social_measures_have_a_column_each_and_none_is_made_up() {
+        let with = |social: &[(&str, f64)]| Row {
+            social: social.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+            ..row("a", "b", 1)
+        };
+        let first = with(&[("spl", 0.5), ("jerk_avg_mps3", 1.0)]);
+        let second = with(&[("spl", 1.0), ("overlaps_moving_ahead", 2.0)]);
+        let text = social(&[&first, &second]);
+        let lines: Vec<&str> = text.lines().collect();
+        let names = "scenario,planner,seed,jerk_avg_mps3,overlaps_moving_ahead,spl";
+        assert_eq!(lines, [names, "a,b,1,1,,0.5", "a,b,1,,2,1"]);
     }
 
     #[test]

@@ -82,6 +82,14 @@ def _detour(row: Row) -> float | None:
     return row["measures"]["length_m"] / shortest if shortest > 0.0 and is_reached(row) else None
 
 
+def _social(key: str) -> Callable[[Row], float | None]:
+    def value(row: Row) -> float | None:
+        found = row.get("social", {}).get(key)
+        return None if found is None else float(found)
+
+    return value
+
+
 def _frozen(row: Row) -> float | None:
     found = row.get("social", {}).get("frozen_s")
     return None if found is None else float(found)
@@ -115,6 +123,17 @@ PAPER = (RMSE, TCM, NM, TD, MD, NT, VEL, LENGTH, TIME)
 IN_VIEW = (TD_IN_VIEW, TD, MD_IN_VIEW, MD)
 """Of people that no wall hides from the robot, each with that of all people, which is the paper's, behind it. Runs of
 older builds do not have them, so no test and no claim is about them."""
+SOCIAL = (
+    Measure("intimate_share", "intimate zone (%)", _social("intimate_share"), per_unit=100.0),
+    Measure("personal_share", "personal zone (%)", _social("personal_share"), per_unit=100.0),
+    Measure("social_share", "social zone (%)", _social("social_share"), per_unit=100.0),
+    Measure("group_intrusions", "group intrusions", _social("group_intrusions")),
+    Measure("time_to_collision_min_s", "least time to contact (s)", _social("time_to_collision_min_s")),
+    Measure("jerk_avg_mps3", "jerk (m/s\u00b3)", _social("jerk_avg_mps3")),
+    Measure("path_irregularity_radpm", "path irregularity (rad/m)", _social("path_irregularity_radpm")),
+    Measure("people_delay_near_s", "people's delay (s)", _social("people_delay_near_s"), decimals=1),
+)
+"""Social measures that the report shows; `social.csv` has all. No test and no claim is about them."""
 BY_KEY = {measure.key: measure for measure in MEASURES}
 
 NOT_FIRST = {
@@ -165,6 +184,21 @@ def blame(rows: Iterable[Row]) -> dict[str, int]:
                 counts["person"] += 1
             else:
                 counts["run_down"] += 1
+    return counts
+
+
+OVERLAPS = tuple(
+    f"overlaps_{moved}_{where}" for moved in ("standing", "moving") for where in ("ahead", "beside", "behind")
+)
+"""All overlaps of bodies: whether the robot stood or moved, and where it had the person."""
+
+
+def overlaps(rows: Iterable[Row]) -> dict[str, int]:
+    """Overlaps of bodies over all runs, also those that count as no collision."""
+    counts = dict.fromkeys(OVERLAPS, 0)
+    for row in rows:
+        for name in OVERLAPS:
+            counts[name] += int(row.get("social", {}).get(name, 0.0))
     return counts
 
 

@@ -26,6 +26,7 @@ from .measures import (
     NT,
     PAPER,
     RMSE,
+    SOCIAL,
     TCE,
     TD_IN_VIEW,
     TD_SECONDS,
@@ -33,6 +34,7 @@ from .measures import (
     Measure,
     blame,
     count,
+    overlaps,
     plain,
     tally,
 )
@@ -88,6 +90,7 @@ def render(bench: Bench, claims: Sequence[Judged]) -> str:
         paper=PAPER,
         medians=MEDIANS,
         in_view=IN_VIEW,
+        social=SOCIAL,
         meanings=MEANINGS,
         kinds=KINDS,
         significant=SIGNIFICANT,
@@ -262,6 +265,10 @@ class Page:
     def blame(self, planner: int) -> dict[str, int]:
         """The collisions by who came towards whom."""
         return blame(self.comparison.all_runs(planner))
+
+    def overlaps(self, planner: int) -> dict[str, int]:
+        """All overlaps of bodies."""
+        return overlaps(self.comparison.all_runs(planner))
 
     def troubles(self, planner: int) -> tuple[int, int, str]:
         """Long ways, of how many that reached the goal, and the mean time that the robot stood frozen, seconds."""
