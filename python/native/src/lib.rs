@@ -4,6 +4,7 @@
 //! do on the wire, so that both sides check them alike. Arrays of the simulated world cross as NumPy arrays, which
 //! take over the memory. Python's lock is not held while anything is computed.
 
+mod episode;
 mod fields;
 mod localizer;
 mod map;
@@ -12,6 +13,7 @@ mod planner;
 mod refusal;
 mod run;
 mod world;
+mod worlds;
 
 use pyo3::prelude::*;
 
@@ -32,4 +34,6 @@ mod curionav_native {
     use super::run::run;
     #[pymodule_export]
     use super::world::{Observation, World};
+    #[pymodule_export]
+    use super::worlds::Worlds;
 }
