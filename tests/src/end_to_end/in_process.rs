@@ -85,7 +85,7 @@ async fn every_planner_decides_alike() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_way_that_is_closed_is_given_up_alike() {
-    let cases = ["scenarios/closed/closed-1.toml", "scenarios/reopened/reopened-1.toml"]
+    let cases = ["scenarios/closed/closed-1-empty.toml", "scenarios/reopened/reopened-1-empty.toml"]
         .map(|scenario| with_planner(scenario, "curionav"));
     let outcomes: Vec<Outcome> = alike(&cases).await.iter().map(|result| result.outcome).collect();
     assert_eq!(outcomes, [Outcome::NoWay, Outcome::Reached]);

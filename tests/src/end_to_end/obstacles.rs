@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::program::{Deployment, curionav, quickstart, run, turn};
 
-const CLOSED: &str = "scenarios/closed/closed-1.toml";
-const REOPENED: &str = "scenarios/reopened/reopened-1.toml";
+const CLOSED: &str = "scenarios/closed/closed-1-empty.toml";
+const REOPENED: &str = "scenarios/reopened/reopened-1-empty.toml";
 /// A box across the way in the foyer of the first scenario.
 const BOX: &str = "\n[[world.objects]]\nat = [3.5, 4.1, 0.0]\nsize = [0.4, 2.0]\n";
 

@@ -109,6 +109,8 @@ fn closed_floors() -> anyhow::Result<Vec<File>> {
             };
             scenario.world.objects = vec![WorldObject { until_s, ..door.clone() }];
             files.push(scenario_file(folder, &scenario)?);
+            let empty = Scenario { name: format!("{}-empty", scenario.name), crowds: Vec::new(), ..scenario };
+            files.push(scenario_file(folder, &empty)?);
         }
     }
     anyhow::bail!("only {found} of {CLOSED} floors have a single way")
