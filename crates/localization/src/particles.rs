@@ -162,6 +162,6 @@ mod tests {
         // 0.4 m * 0.004 m2/m
         assert!((once[(0, 0)] / 0.0016 - 1.0).abs() < 0.03);
         // cov(y, heading) = d/2 * variance of heading
-        assert!((once[(1, 2)] / (0.2 * 0.0002) - 1.0).abs() < 0.4, "{once}");
+        assert!((once[(1, 2)] / (0.2 * 0.0016) - 1.0).abs() < 0.1, "{once}");
     }
 }

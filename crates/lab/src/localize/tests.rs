@@ -207,7 +207,7 @@ fn a_fit_finds_the_delay_of_the_laser_and_the_noise_of_odometry() {
         let found = Fitted::of(&drive, 1, |_| {}).unwrap();
         println!("{delay} s late: {found:?}");
         let told = found.delay_s.unwrap();
-        assert!((told - delay).abs() <= 0.02, "{delay}: {found:?}");
+        assert!((told - delay).abs() <= 0.03, "{delay}: {found:?}");
         assert!((0.98..1.02).contains(&found.odometry_scale), "{found:?}");
         assert!(found.laser.position().distance(Default::default()) < 0.1, "{found:?}");
         let heading = found.noise.heading_per_metre + found.noise.heading_per_radian;

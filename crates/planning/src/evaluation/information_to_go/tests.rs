@@ -38,7 +38,13 @@ fn seen(map: &StaticMap) -> Arc<InformationField> {
 }
 
 fn field(map: &StaticMap, goal: Point2) -> InformationToGoField {
-    let noise = OdometryNoise::default();
+    // A good base: what is claimed of distances holds for this one.
+    let noise = OdometryNoise {
+        position_per_radian: 0.0001,
+        heading_per_metre: 0.0005,
+        heading_per_radian: 0.0012,
+        ..OdometryNoise::default()
+    };
     let params = InformationToGoParams::default();
     InformationToGoField::new(map, &seen(map), (goal, 0.5, RADIUS), &noise, 0.1, &params)
 }

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn a_mix_has_the_variances_it_was_asked_for() {
         let levels = levels();
-        for (position, heading) in [(0.02, 0.006), (0.3, 0.1), (4.9, 0.05), (0.01, 0.01)] {
+        for (position, heading) in [(0.02, 0.02), (0.3, 0.1), (4.9, 0.05), (0.01, 0.03)] {
             let mix = levels.around(Variances { position, heading });
             let mean = |of: fn(Variances) -> f64| -> f64 {
                 mix.iter().map(|(state, weight)| f64::from(*weight) * of(levels.of(*state))).sum()
