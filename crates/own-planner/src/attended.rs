@@ -130,7 +130,7 @@ impl Attended {
         let hash = run.map.hash();
         let with_cells = self.description.map && !self.maps.contains(&hash);
         let beginning = Beginning { robot: run.robot, seed: run.seed, map: run.map, with_cells };
-        let question = Question::Begin(Begin::new(&beginning, input));
+        let question = Question::Begin(Box::new(Begin::new(&beginning, input)));
         match self.ask(&question, START) {
             Some(line) => {
                 if with_cells {

@@ -23,7 +23,7 @@ pub(crate) enum Question<'a> {
     /// Who are you?
     Hello { protocol: u32 },
     /// A run begins.
-    Begin(Begin<'a>),
+    Begin(Box<Begin<'a>>),
     /// What could the robot do now?
     Decide(Box<Decide<'a>>),
 }

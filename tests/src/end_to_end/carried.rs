@@ -88,7 +88,10 @@ fn a_robot_that_is_carried_off_mostly_says_so_drives_slowly_and_finds_itself() {
         println!("{floor}, {seed}: {}, found after {found:.1} s, {fastest:.2} m/s until then", json.outcome);
         fast += usize::from(fastest > SLOW);
         // In doubt it may also take a way for closed, and once found it may lack the time.
-        assert!(["reached", "timeout", "lost", "no_way"].contains(&json.outcome.as_str()), "{floor}, {seed}: {json:?}");
+        assert!(
+            ["reached", "timeout", "lost", "no_way"].contains(&json.outcome.as_str()),
+            "{floor}, {seed}: {json:?}"
+        );
         found_soon += usize::from(json.outcome == "reached" && found <= 20.0);
         let late = lost.filter(|row| row.time_s > AT_S + 2.0);
         unknown += late.clone().count();
