@@ -9,7 +9,7 @@ use std::fs;
 
 use curionav_crowdsim::Recording;
 use curionav_crowdsim::scenario::RecordingFormat;
-use curionav_planning::evaluation::crowd_cluster::{GroupParams, crowd_clusters};
+use curionav_planning::crowd_cluster::{GroupParams, crowd_clusters};
 use curionav_planning::profile::Profile;
 use curionav_planning::scene::People;
 use curionav_testing::downloaded_data;

@@ -57,6 +57,7 @@ pub mod candidates;
 pub mod collision;
 pub mod collision_risk;
 mod convex_hull;
+pub mod crowd_cluster;
 pub mod evaluation;
 pub mod footprint;
 pub mod forecast;

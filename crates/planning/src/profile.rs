@@ -10,8 +10,8 @@ use crate::parameters::{FieldError, Range};
 
 use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
+use crate::crowd_cluster::GroupParams;
 use crate::evaluation::cpc::{CpcParams, InformationParams};
-use crate::evaluation::crowd_cluster::GroupParams;
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::evaluation::human_space::HumanSpaceParams;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use curionav_planning::evaluation::crowd_cluster::{GroupParams, Linkage, crowd_clusters};
+use curionav_planning::crowd_cluster::{GroupParams, Linkage, crowd_clusters};
 use curionav_planning::geometry::{Point2, bearing};
 use curionav_planning::scene::People;
 

@@ -4,8 +4,8 @@ use nalgebra::Matrix3;
 
 use crate::candidates::CandidateSet;
 use crate::convex_hull::{convex_hull, distance_squared};
+use crate::crowd_cluster::{GroupParams, GroupShape, Linkage, crowd_clusters};
 use crate::evaluation::Evaluator;
-use crate::evaluation::crowd_cluster::{GroupParams, GroupShape, Linkage, crowd_clusters};
 use crate::evaluation::hccdm::{ComponentMotion, Hccdm, HccdmEvaluator, HccdmParams, Kernel};
 use crate::evaluation::human_space::{HumanSpaceEvaluator, HumanSpaceParams};
 use crate::geometry::{Point2, Pose2, Twist};

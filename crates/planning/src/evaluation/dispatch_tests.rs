@@ -7,10 +7,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::arbitration::{Action, Context, Scores, arbitrate};
 use crate::candidates::CandidateSet;
 use crate::collision_risk::RiskParams;
+use crate::crowd_cluster::GroupParams;
 use crate::evaluation::cpc::{
     CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams, RayField,
 };
-use crate::evaluation::crowd_cluster::GroupParams;
 use crate::evaluation::distance::DistanceEvaluator;
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::risk::RiskEvaluator;

@@ -12,7 +12,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::convex_hull::{area, convex_hull, perimeter};
-use crate::evaluation::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
+use crate::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::hccdm_simd::{Lanes, State};
 use crate::evaluation::{Costs, Evaluator, Stopped, temper};

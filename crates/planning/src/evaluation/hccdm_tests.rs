@@ -1,7 +1,7 @@
 use super::*;
+use crate::crowd_cluster::Linkage;
+use crate::crowd_cluster::tests::plain_clusters;
 use crate::evaluation::Stopped;
-use crate::evaluation::crowd_cluster::Linkage;
-use crate::evaluation::crowd_cluster::tests::plain_clusters;
 use crate::evaluation::enclosing_circle::tests::brute_force_circle;
 use crate::geometry::{Pose2, Twist};
 use crate::parameters::Ranged;

@@ -2,7 +2,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::convex_hull::{convex_hull, distance_squared};
-use crate::evaluation::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
+use crate::crowd_cluster::{GroupParams, GroupShape, crowd_clusters};
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::{Costs, Evaluator, each};
 use crate::geometry::Point2;

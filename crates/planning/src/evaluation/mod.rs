@@ -8,7 +8,6 @@
 
 pub mod collision_risk;
 pub mod cpc;
-pub mod crowd_cluster;
 pub mod distance;
 pub mod enclosing_circle;
 pub mod hccdm;

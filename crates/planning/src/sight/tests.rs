@@ -2,9 +2,9 @@ use nalgebra::Matrix3;
 
 use super::*;
 use crate::candidates::CandidateSet;
+use crate::crowd_cluster::{GroupParams, crowd_clusters};
 use crate::evaluation::Evaluator;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
-use crate::evaluation::crowd_cluster::{GroupParams, crowd_clusters};
 use crate::evaluation::hccdm::{Hccdm, HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
 use crate::forecast::ForecastParams;
