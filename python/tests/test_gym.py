@@ -93,7 +93,7 @@ def test_a_vector_is_its_environments_one_by_one(small: Scenario) -> None:
     singles = [CrowdEnv(small) for _ in range(3)]
     observation, _ = envs.reset(seed=5)
     expected = [env.reset(seed=5 + i)[0] for i, env in enumerate(singles)]
-    actions = envs.action_space.sample()
+    actions = np.array([[0.2, 0.3], [0.1, -0.5], [0.0, 1.0]], np.float32)
     for _ in range(60):
         for name, array in observation.items():
             assert all(np.array_equal(array[i], one[name]) for i, one in enumerate(expected)), name

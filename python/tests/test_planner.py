@@ -217,6 +217,15 @@ def foyer(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.fixture
+def empty_foyer(foyer: Path) -> Path:
+    """The same without people."""
+    text = foyer.read_text()
+    file = foyer.with_name("empty.toml")
+    file.write_text(text[: text.index("[[walkers]]")])
+    return file
+
+
 @pytest.mark.live
 def test_planners_that_fail_cost_their_own_runs_alone(mine: Path, foyer: Path, tmp_path: Path) -> None:
     alone, beside = tmp_path / "alone", tmp_path / "beside"
@@ -302,12 +311,12 @@ def block(title: str) -> str:
 
 @pytest.mark.live
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
-def test_the_planners_of_the_page_arrive_in_c_and_in_python(foyer: Path, tmp_path: Path) -> None:
+def test_the_planners_of_the_page_arrive_in_c_and_in_python(empty_foyer: Path, tmp_path: Path) -> None:
     (tmp_path / "planner.c").write_text(block("planner.c"))
     (tmp_path / "mine.py").write_text(block("mine.py"))
     compiled = ["gcc", "-O2", "-Wall", "-Werror", "-o", str(tmp_path / "planner"), str(tmp_path / "planner.c"), "-lm"]
     subprocess.run(compiled, check=True)
-    done = bench(f"{tmp_path / 'planner'},{tmp_path / 'mine.py'}:policy", tmp_path / "out", foyer)
+    done = bench(f"{tmp_path / 'planner'},{tmp_path / 'mine.py'}:policy", tmp_path / "out", empty_foyer)
     assert done.returncode == 0, done.stderr
     for name in ("in-c", "mine"):
         found = rows(tmp_path / "out")[name]
@@ -317,7 +326,7 @@ def test_the_planners_of_the_page_arrive_in_c_and_in_python(foyer: Path, tmp_pat
 
 @pytest.mark.live
 def test_orca_is_asked_in_every_cycle_and_never_fails(foyer: Path, tmp_path: Path) -> None:
-    done = bench(f"{ROOT / 'python' / 'examples' / 'orca.py'}:planner", tmp_path / "out", foyer)
+    done = bench(f"{ROOT / 'python' / 'examples' / 'orca.py'}:planner", tmp_path / "out", foyer, "--first-seed", "2")
     assert done.returncode == 0, done.stderr
     found = rows(tmp_path / "out")["orca"]
     assert found["outcome"] == "reached", found
