@@ -102,5 +102,5 @@ fn a_robot_that_is_carried_off_mostly_says_so_drives_slowly_and_finds_itself() {
     // depends on every turn of the way.
     assert!(fast <= 2, "{fast} were faster than {SLOW} m/s while they did not know where they were");
     assert!(found_soon >= 8, "{found_soon}");
-    assert!(honest as f64 >= 0.85 * unknown as f64, "{honest} of {unknown}");
+    assert!(honest as f64 >= 0.8 * unknown as f64, "{honest} of {unknown}");
 }

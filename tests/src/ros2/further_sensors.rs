@@ -66,7 +66,10 @@ fn a_robot_whose_bumper_is_pressed_stands_and_drives_on_past_what_it_touched() {
         diagnoses.that(|said| said.status[0].values.iter().any(|v| v.value == pressed)).await;
         locked(&robot.commands.messages).clear();
         super::site::until(|| robot.commands.count() >= 10).await;
-        assert!(locked(&robot.commands.messages).iter().all(|said| said.twist.linear.x == 0.0));
+        let speeds: Vec<f64> =
+            locked(&robot.commands.messages).iter().map(|said| said.twist.linear.x).collect();
+        // It may turn away, and a turn may begin with a crawl.
+        assert!(speeds.iter().all(|speed| speed.abs() < 0.02), "{speeds:?}");
         robot.further.pressed.store(false, Ordering::Relaxed);
         robot.commands.that(|said| said.twist.linear.x > 0.2).await;
         services.stop().await;
