@@ -19,7 +19,7 @@ Policy = Callable[[dict[str, NDArray[Any]]], NDArray[np.float32]]
 
 
 def rule(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:
-    """Turns to the goal and drives, unless somebody is within 1.2 m ahead."""
+    """Turns to the goal and drives, unless a person is within 1.2 m ahead."""
     x, y = observation["goal"]
     people = observation["people"][observation["mask"] > 0]
     ahead = people[(people[:, 0] > 0.0) & (np.abs(people[:, 1]) < 0.6)]

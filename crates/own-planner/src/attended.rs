@@ -54,7 +54,7 @@ impl Tally {
 /// What a run is about, beside what each cycle tells.
 #[derive(Debug, Clone, Copy)]
 pub struct Run<'a> {
-    /// Whom the planner plans for.
+    /// The robot that the planner plans for.
     pub robot: &'a str,
     /// The map that the robot is given.
     pub map: &'a OccupancyGrid,

@@ -20,7 +20,7 @@ class Reward:
         arrival: Once, when the robot reaches the goal.
         collision: Once, when it touches a person or runs into a wall; negative.
         closeness: Per second at the edge of a person, falling linearly to nothing at ``comfort`` metres; negative.
-        comfort: m between the edges of robot and person that still bother nobody.
+        comfort: m between the edges of robot and person that bother no person.
         turning: Per radian that the robot turns; negative.
         time: Per second; negative.
     """
