@@ -40,8 +40,8 @@ impl Walkers {
         }
     }
 
-    /// How much of the last step each lost against walking on at its preferred speed, 0 to 1; 0 for who rests, stands or
-    /// has arrived.
+    /// How much of the last step each lost against walking on at its preferred speed, 0 to 1; 0 for who rests, stands
+    /// or has arrived.
     pub(crate) fn lost_shares(&self) -> impl Iterator<Item = f64> {
         let (scripted, avoiding): (&[WalkerState], &[Body]) = match self {
             Self::Scripted(walkers) => (walkers, &[]),

@@ -5,7 +5,7 @@ use curionav_planning::generation::own::Proposal;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{Footprint, RobotModel};
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
-use curionav_schemas::{Pose, Scan};
+use curionav_schemas::{Pose, Scan, hex};
 use serde::{Deserialize, Serialize};
 
 /// Of the protocol.
@@ -145,16 +145,20 @@ impl ScanView {
     /// What planners are told of a message.
     pub fn of(scan: &Scan) -> Self {
         let Pose { x, y, heading } = scan.laser;
-        let measured = |range: &f32| (range.is_finite() && *range > 0.0).then_some(*range);
         Self {
             time: scan.stamp,
             angle_min: scan.angle_min,
             angle_increment: scan.angle_increment,
             range_max: scan.range_max,
             laser: [x, y, heading],
-            ranges: scan.ranges.iter().map(measured).collect(),
+            ranges: scan.ranges.iter().copied().map(measured).collect(),
         }
     }
+}
+
+/// A range; nothing for a beam that has failed.
+fn measured(range: f32) -> Option<f32> {
+    (range.is_finite() && range > 0.0).then_some(range)
 }
 
 /// What `begin` tells beside the input of a cycle.
@@ -191,25 +195,25 @@ impl<'a> Begin<'a> {
 impl Map {
     fn new(grid: &OccupancyGrid, with_cells: bool) -> Self {
         let origin = grid.origin();
-        let character = |index| match grid.cell(index) {
-            Cell::Free => '.',
-            Cell::Occupied => '#',
-            Cell::Unknown => '?',
-        };
         Self {
             sha256: hex(&grid.hash()),
             width: grid.width(),
             height: grid.height(),
             resolution: grid.resolution(),
             origin: [origin.x, origin.y, origin.heading],
-            cells: with_cells.then(|| (0..grid.width() * grid.height()).map(character).collect()),
+            cells: with_cells.then(|| {
+                (0..grid.width() * grid.height()).map(|index| character(grid.cell(index))).collect()
+            }),
         }
     }
 }
 
-/// A hash in letters.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+fn character(cell: Cell) -> char {
+    match cell {
+        Cell::Free => '.',
+        Cell::Occupied => '#',
+        Cell::Unknown => '?',
+    }
 }
 
 impl<'a> Decide<'a> {

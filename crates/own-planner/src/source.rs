@@ -6,6 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, bail, ensure};
 use curionav_planning::profile::Profile;
+use curionav_schemas::hex;
 use sha2::{Digest, Sha256};
 
 /// Names the interpreter of planners in Python.
@@ -34,19 +35,17 @@ impl Source {
     /// # Errors
     /// There is no such file, or a Python file comes without the planner's name.
     pub fn parse(text: &str) -> anyhow::Result<Option<Self>> {
-        let is_python = |path: &str| Path::new(path).extension().is_some_and(|ending| ending == "py");
-        if is_python(text) {
+        if has_ending(text, "py") {
             bail!("`{text}` is a Python file; name the planner in it too, such as `{text}:policy`");
         }
-        if let Some((path, name)) = text.rsplit_once(':').filter(|(path, _)| is_python(path)) {
+        if let Some((path, name)) = text.rsplit_once(':').filter(|(path, _)| has_ending(path, "py")) {
             let file = PathBuf::from(path);
             ensure!(file.is_file(), "`{text}`: there is no file {path}");
             ensure!(!name.is_empty(), "`{text}`: name the planner after the colon, such as `{path}:policy`");
             return Ok(Some(Self::Python { file, name: name.to_owned() }));
         }
         let path = Path::new(text);
-        let is_file_of_profile = path.extension().is_some_and(|ending| ending == "toml");
-        if is_file_of_profile || Profile::builtin(text).is_some() {
+        if has_ending(text, "toml") || Profile::builtin(text).is_some() {
             return Ok(None);
         }
         if path.is_file() {
@@ -71,7 +70,7 @@ impl Source {
     pub fn digest(&self) -> anyhow::Result<String> {
         let file = self.file();
         let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-        Ok(Sha256::digest(bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect())
+        Ok(hex(&Sha256::digest(bytes)[..8]))
     }
 
     /// What starts it.
@@ -112,6 +111,10 @@ impl Source {
 
 fn python() -> OsString {
     std::env::var_os(VARIABLE).unwrap_or_else(|| "python3".into())
+}
+
+fn has_ending(path: &str, ending: &str) -> bool {
+    Path::new(path).extension().is_some_and(|found| found == ending)
 }
 
 #[cfg(test)]

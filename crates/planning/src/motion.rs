@@ -237,10 +237,10 @@ crate::parameters! {
     /// Odometry noise as variances per metre and per radian travelled, so that it does not depend on the
     /// step length (D6). The plant, the localiser and CPC's `M'` (eq. 7) share these four numbers.
     ///
-    /// The defaults are what `curionav localize --fit` finds on recorded drives of three bases, on average: Intel Research
-    /// Lab, MIT CSAIL and FHW. A metre spreads the heading by 3.6 degrees and the position by 6 cm, a radian of turning
-    /// the heading by 4.4 degrees (standard deviations). The fit's position per radian is mostly the localiser's own error;
-    /// a quarter of it is taken.
+    /// The defaults are what `curionav localize --fit` finds on recorded drives of three bases, on average: Intel
+    /// Research Lab, MIT CSAIL and FHW. A metre spreads the heading by 3.6 degrees and the position by 6 cm, a radian
+    /// of turning the heading by 4.4 degrees (standard deviations). The fit's position per radian is mostly the
+    /// localiser's own error; a quarter of it is taken.
     #[derive(Copy)]
     pub struct OdometryNoise {
         /// Variance of position per metre travelled, on each robot axis, m2/m.

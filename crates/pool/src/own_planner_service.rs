@@ -147,24 +147,40 @@ impl Seats {
         })
     }
 
-    /// The process of `robot`, which is started if it has none.
+    /// The process of `robot`, which is started if it has none. Meanwhile other robots are answered.
     fn seat(&self, robot: &str) -> Result<Arc<Mutex<Seat>>, Reject> {
+        if let Some(seat) = taken(&locked(&self.seats), robot)? {
+            return Ok(seat);
+        }
+        let started = Arc::new(Mutex::new(self.start(robot)?));
         let mut seats = locked(&self.seats);
-        if let Some(seat) = seats.get(robot) {
-            return Ok(Arc::clone(seat));
+        // Another question of the robot may have been faster, and other robots may have come.
+        if let Some(seat) = taken(&seats, robot)? {
+            return Ok(seat);
         }
-        if seats.len() >= SEATS_MOST {
-            return Err(Refusal::Overloaded.into());
-        }
+        seats.insert(robot.to_owned(), Arc::clone(&started));
+        Ok(started)
+    }
+
+    fn start(&self, robot: &str) -> Result<Seat, Reject> {
         let attended =
             Attended::start(self.source.clone()).map_err(|error| refused(&format!("{error:#}")))?;
         let key = keys::robot(robot, "scan").map_err(Refusal::invalid)?;
         let scans = self.description.scan.then(|| Inbox::new(&self.session, &key)).transpose();
         let scans = scans.map_err(Refusal::failed)?;
-        let seat = Seat { attended, begun: None, tick: 0, scans, scan: None };
-        let seat = Arc::new(Mutex::new(seat));
-        seats.insert(robot.to_owned(), Arc::clone(&seat));
-        Ok(seat)
+        Ok(Seat { attended, begun: None, tick: 0, scans, scan: None })
+    }
+}
+
+/// The process that `robot` has; refused if it has none and there is no room for another.
+fn taken(
+    seats: &BTreeMap<String, Arc<Mutex<Seat>>>,
+    robot: &str,
+) -> Result<Option<Arc<Mutex<Seat>>>, Reject> {
+    match seats.get(robot) {
+        Some(seat) => Ok(Some(Arc::clone(seat))),
+        None if seats.len() >= SEATS_MOST => Err(Refusal::Overloaded.into()),
+        None => Ok(None),
     }
 }
 

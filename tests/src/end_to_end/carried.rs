@@ -98,8 +98,8 @@ fn a_robot_that_is_carried_off_mostly_says_so_drives_slowly_and_finds_itself() {
         honest += late.filter(|row| row.sigma >= row.error / 3.0).count();
     }
     println!("{found_soon} of {} found within 20 s; {honest} of {unknown} ticks honest", TRIALS.len());
-    // Of 34 such trials the robot was found within 20 s in 26, and was sure of a wrong place for a while in 3. Which ones
-    // depends on every turn of the way.
+    // Of 34 such trials the robot was found within 20 s in 26, and was sure of a wrong place for a while in 3. Which
+    // ones depends on every turn of the way.
     assert!(fast <= 2, "{fast} were faster than {SLOW} m/s while they did not know where they were");
     assert!(found_soon >= 8, "{found_soon}");
     assert!(honest as f64 >= 0.8 * unknown as f64, "{honest} of {unknown}");

@@ -1,4 +1,5 @@
-//! Halls like those of `open`, as many as tests over places need: each of another shape, with columns, kiosks and benches.
+//! Halls like those of `open`, as many as tests over places need: each of another shape, with columns, kiosks and
+//! benches.
 
 use curionav_crowdsim::World;
 use curionav_planning::geometry::Point2;

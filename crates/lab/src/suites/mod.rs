@@ -12,8 +12,8 @@
 //! - `changed`: floors on which things have been moved, put down and closed since the map was made, and the same floors
 //!   with a map that is right (`changed-mapped`); `closed` and `reopened`: the only way is closed.
 //!
-//! In all but `paper` and `recorded`, the run's seed draws the people: ten seeds are ten crowds. They walk 0.8 to 1.6 m/s;
-//! a third of them walk in groups, and a fifth take no notice of the robot. The people of `paper` are the paper's.
+//! In all but `paper` and `recorded`, the run's seed draws the people: ten seeds are ten crowds. They walk 0.8 to 1.6
+//! m/s; a third of them walk in groups, and a fifth take no notice of the robot. The people of `paper` are the paper's.
 
 mod changed;
 mod dense;

@@ -98,8 +98,8 @@ impl Gateway {
         self.journey.goals.accept(Goal { status, error, why: "no waypoint is given".into(), ..goal })
     }
 
-    /// Takes a path to follow, or refuses it. It takes the place of the one before without a stop. One that is no way is
-    /// a goal that fails, as in Nav2.
+    /// Takes a path to follow, or refuses it. It takes the place of the one before without a stop. One that is no way
+    /// is a goal that fails, as in Nav2.
     fn send_path(&mut self, kind: ActionKind, id: ros::Uuid, path: ros::Path, stamp: ros::Time) -> bool {
         let end = path.poses.last().cloned().unwrap_or_default();
         let pose = ros::PoseStamped { header: path.header.clone(), ..end };
