@@ -66,6 +66,7 @@ pub const TYPES: &[Type] = &[
     named::<ros::Bool>(),
     named::<ros::Odometry>(),
     named::<ros::OccupancyGrid>(),
+    named::<ros::OccupancyGridUpdate>(),
     named::<ros::Path>(),
     named::<ros::Twist>(),
     named::<ros::TwistStamped>(),

@@ -68,6 +68,11 @@ pub async fn follow<F: MissionFollower>(
                     follower.forget_run();
                 }
                 prepared = Some(Preparation::new(&mission, outcome));
+                if said.as_ref().is_some_and(|newer| supersedes(newer, &mission)) {
+                    // Nothing waits for this mission any more; until the newer one is prepared it is what is left.
+                    current = Some(mission);
+                    continue;
+                }
             }
             tokio::select! {
                 biased;

@@ -20,9 +20,9 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::{RobotService, first_run, supersedes};
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Refusal, Reject, Twist,
+    self as wire, Belief, Clock, CycleReport, Decision, Mission, MissionState, People, Refusal, Reject, Twist,
 };
-use tokio::task::JoinSet;
+use tokio::task::{JoinError, JoinHandle, JoinSet};
 
 use crate::cycle;
 use crate::cycle_counts::CycleCounts;
@@ -121,8 +121,7 @@ impl MissionFollower for Arbiter {
     }
 
     async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
-        self.context = None;
-        self.heard = Some(Instant::now());
+        let heard = Instant::now();
         // Until it has ended it could still call a replica ready.
         self.keeping_ready.shutdown().await;
         // Evaluators are asked nothing about a way: they stay ready, and the robot drives on without waiting for them.
@@ -130,6 +129,7 @@ impl MissionFollower for Arbiter {
         if !goes_on {
             self.pool.clear();
             self.memory = self.memory.fresh();
+            self.context = None;
         }
         self.follows = mission.order.way.as_ref().map(|_| mission.run);
         self.sensing.watch.follow(convert::parameters("tracker", &mission.order.tracker_parameters())?);
@@ -144,7 +144,10 @@ impl MissionFollower for Arbiter {
             }
             Ok::<_, Reject>(context)
         };
-        let prepared = tokio::task::spawn_blocking(preparing).await;
+        let preparing = tokio::task::spawn_blocking(preparing);
+        let prepared = self.decide_until(preparing).await;
+        self.context = None;
+        self.heard = Some(heard);
         let context = Arc::new(prepared.map_err(Refusal::failed)??);
         self.counts.follow(context.pool_roles().map(str::to_owned));
         let pool = Arc::clone(&self.pool);
@@ -157,9 +160,14 @@ impl MissionFollower for Arbiter {
         Ok(())
     }
 
-    /// Once another arbiter has begun the mission, it is no longer for this one to refuse it.
+    /// Once another arbiter has begun the mission, it is no longer for this one to refuse it. Of ways along which a
+    /// robot is led each is derived, as far as there is time: of those that are given faster none would ever be.
     fn is_superseded(said: &Mission, mission: &Mission) -> bool {
-        supersedes(said, mission) || said.has_run != mission.has_run
+        let leads_on = said.run == mission.run
+            && !said.is_over()
+            && said.order.way.is_some()
+            && mission.order.way.is_some();
+        supersedes(said, mission) && !leads_on || said.has_run != mission.has_run
     }
 
     fn forget_run(&mut self) {
@@ -236,6 +244,21 @@ impl Arbiter {
     /// Whether a mission leads a robot that is on a way along another one: what has been decided is still of use then.
     fn goes_on(&self, mission: &Mission) -> bool {
         mission.order.way.is_some() && self.follows == Some(mission.run)
+    }
+
+    /// Waits until something is `derived`, and meanwhile goes on deciding along the way before, if there is one: on a
+    /// large map it takes longer than a decision lasts.
+    async fn decide_until<T>(&mut self, mut derived: JoinHandle<T>) -> Result<T, JoinError> {
+        let Some(before) = self.context.clone() else { return derived.await };
+        // It was still preparing when it was said.
+        let before = Mission { state: MissionState::Running, ..before.mission.clone() };
+        loop {
+            tokio::select! {
+                biased;
+                outcome = &mut derived => return outcome,
+                Some(belief) = self.next() => self.answer(belief, &before).await,
+            }
+        }
     }
 
     /// The mission with what is known of obstacles now, for a robot that is `here`.

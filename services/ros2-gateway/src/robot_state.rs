@@ -229,6 +229,7 @@ impl RobotState {
                 (&cloud.header, further_sensing::cloud(cloud, &mount, config, self.radius)?)
             }
             Said::Costmap(costmap) => {
+                let costmap = costmap.as_ref().map_err(Fault::clone)?;
                 let mount = self.mount(&costmap.header)?;
                 let config = &self.config.sensors[index];
                 (&costmap.header, costmap::scan(costmap, &mount, config, self.radius)?)

@@ -117,6 +117,11 @@ impl SensorConfig {
         self.height.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])
     }
 
+    /// Where Nav2 says what has changed on a costmap between two that are whole.
+    pub(crate) fn updates(&self) -> String {
+        format!("{}_updates", self.topic)
+    }
+
     /// How far a cloud or costmap sees, m.
     pub(crate) fn reach(&self) -> f64 {
         self.range.unwrap_or(CLOUD_RANGE)

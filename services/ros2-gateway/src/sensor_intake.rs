@@ -8,6 +8,8 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
 use crate::config::Ros2Config;
+use crate::costmap::Costmap;
+use crate::fault::Fault;
 use crate::node::{Intake, Node};
 use crate::sensor_config::SensorKind;
 
@@ -24,8 +26,8 @@ pub(crate) enum Said {
     Range(ros::Range),
     /// Whether a bumper is pressed.
     Bumper(ros::Bool),
-    /// A costmap.
-    Costmap(ros::OccupancyGrid),
+    /// A costmap as it is now, or what is wrong with a change of it.
+    Costmap(Result<ros::OccupancyGrid, Fault>),
 }
 
 /// What all of them say, each with its place in the configuration.
@@ -58,7 +60,9 @@ impl SensorIntake {
                     drop(tasks.spawn(to.pass_on(node.intake(topic, Qos::SENSOR)?, Said::Bumper)))
                 }
                 SensorKind::Costmap => {
-                    drop(tasks.spawn(to.pass_on(node.intake(topic, Qos::LATCHED)?, Said::Costmap)))
+                    let whole = node.intake(topic, Qos::LATCHED)?;
+                    let updates = node.intake(&sensor.updates(), Qos::LATCHED)?;
+                    drop(tasks.spawn(to.keep_up(whole, updates)));
                 }
                 SensorKind::Range if config.distribution() == Distribution::Humble => {
                     let intake = node.intake(topic, Qos::SENSOR)?;
@@ -85,6 +89,22 @@ struct To {
 }
 
 impl To {
+    /// Passes on a costmap as often as it or a part of it comes, until nothing more can.
+    async fn keep_up(self, whole: Intake<ros::OccupancyGrid>, updates: Intake<ros::OccupancyGridUpdate>) {
+        let mut kept = Costmap::default();
+        loop {
+            let costmap = tokio::select! {
+                biased;
+                Some(costmap) = whole.next() => Ok(kept.replace(costmap)),
+                Some(update) = updates.next() => kept.update(update),
+                else => return,
+            };
+            if self.sender.send((self.index, Said::Costmap(costmap))).await.is_err() {
+                return;
+            }
+        }
+    }
+
     /// Passes on what comes until nothing more can.
     async fn pass_on<M: Message>(self, intake: Intake<M>, said: fn(M) -> Said) {
         while let Some(message) = intake.next().await {

@@ -222,6 +222,8 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
     ];
     let range =
         if ros2.distribution() == Distribution::Humble { of::<ros::RangeHumble> } else { of::<ros::Range> };
+    let costmaps = ros2.sensors.iter().filter(|sensor| sensor.kind == SensorKind::Costmap);
+    let updates = costmaps.map(|sensor| of::<ros::OccupancyGridUpdate>(ros2, &sensor.updates(), false));
     let sensors = ros2.sensors.iter().map(|sensor| match sensor.kind {
         SensorKind::Cloud => of::<ros::PointCloud2>(ros2, &sensor.topic, false),
         SensorKind::Scan => of::<ros::LaserScan>(ros2, &sensor.topic, false),
@@ -229,7 +231,7 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
         SensorKind::Bumper => of::<ros::Bool>(ros2, &sensor.topic, false),
         SensorKind::Costmap => of::<ros::OccupancyGrid>(ros2, &sensor.topic, false),
     });
-    always.into_iter().chain(people).chain(sensors).collect()
+    always.into_iter().chain(people).chain(sensors).chain(updates).collect()
 }
 
 async fn serve(

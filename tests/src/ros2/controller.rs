@@ -1,5 +1,6 @@
 //! The mode `controller`: stand-ins for AMCL and for bt_navigator, which gives a new path each second.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -94,6 +95,63 @@ fn name(id: u32) -> ros::Uuid {
     name
 }
 
+/// Gives the robot a new path to `goal` each second, so many times, and asserts that it is never told to stand. The
+/// first goal's number is `first`.
+async fn replace_paths(robot: &Robot, client: &Peer, goal: Point2, first: u32, seconds: u32) {
+    let begun = robot.truth();
+    let commanded = robot.commands.count();
+    for second in 1..=seconds {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        assert!(follow(client, first + second, path(robot.truth(), goal)).await, "after {second} s");
+    }
+    let driven = robot.truth().position().distance(begun.position());
+    let speeds: Vec<f64> = {
+        let commands = locked(&robot.commands.messages);
+        commands[commanded..].iter().map(|command| command.twist.linear.x).collect()
+    };
+    let least = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = speeds.iter().copied().fold(0.0, f64::max);
+    assert!(least > 0.0, "it was told to stand among {} commands", speeds.len());
+    assert!(most <= SLOW + 1e-9, "{most} m/s, and the limit is {SLOW}");
+    assert!(driven > 0.8 * SLOW * f64::from(seconds), "{driven:.2} m in {seconds} s");
+    let replaced = result(client, first).await;
+    assert_eq!(replaced.status, ABORTED, "another goal has taken its place");
+}
+
+/// Limits the speed and asks for a first path, as Nav2 does, until the controller is ready and the robot moves. Gives
+/// the goal's number.
+async fn set_out(robot: &Robot, client: &Peer, goal: Point2) -> u32 {
+    let feedback =
+        client.hear::<ros::FeedbackMessage<ros::FollowingPath>>("follow_path/_action/feedback", Qos::DEFAULT);
+    let header = ros::Header::default();
+    client.put("speed_limit", &ros::SpeedLimit { header, percentage: false, speed_limit: SLOW });
+    let mut first = 0;
+    while !follow(client, first, path(robot.truth(), goal)).await {
+        first += 1;
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    feedback.that(|said| said.feedback.speed > 0.08).await;
+    first
+}
+
+#[test]
+fn a_robot_drives_on_while_a_new_way_on_a_large_map_is_derived() {
+    in_turn(async {
+        let (_router, endpoint) = robots_router().await;
+        let services = services(&endpoint).await;
+        let folder = tempfile::tempdir().unwrap();
+        let robot = Robot::of(&large_hall(folder.path()), &endpoint, "/r1").await;
+        let amcl = amcl(&robot);
+        let client = Peer::new(&endpoint, "/r1").await;
+        let _map = robot.publish_map();
+        let goal = Point2::new(10.0, 4.0);
+        let first = set_out(&robot, &client, goal).await;
+        replace_paths(&robot, &client, goal, first, 15).await;
+        amcl.abort();
+        services.stop().await;
+    });
+}
+
 #[test]
 fn a_path_that_is_replaced_each_second_is_followed_without_a_stop() {
     in_turn(async {
@@ -103,38 +161,10 @@ fn a_path_that_is_replaced_each_second_is_followed_without_a_stop() {
         let robot = Robot::of(&hall(folder.path()), &endpoint, "/r1").await;
         let amcl = amcl(&robot);
         let client = Peer::new(&endpoint, "/r1").await;
-        let feedback = client
-            .hear::<ros::FeedbackMessage<ros::FollowingPath>>("follow_path/_action/feedback", Qos::DEFAULT);
         let _map = robot.publish_map();
-        let header = ros::Header::default();
-        client.put("speed_limit", &ros::SpeedLimit { header, percentage: false, speed_limit: SLOW });
         let goal = Point2::new(10.0, 4.0);
-
-        // Nav2 asks until the controller is ready.
-        let mut first = 0;
-        while !follow(&client, first, path(robot.truth(), goal)).await {
-            first += 1;
-            tokio::time::sleep(Duration::from_millis(100)).await;
-        }
-        feedback.that(|said| said.feedback.speed > 0.08).await;
-        let begun = robot.truth();
-        let commanded = robot.commands.count();
-        for second in 1..=SECONDS {
-            tokio::time::sleep(Duration::from_secs(1)).await;
-            assert!(follow(&client, first + second, path(robot.truth(), goal)).await, "after {second} s");
-        }
-        let driven = robot.truth().position().distance(begun.position());
-        let speeds: Vec<f64> = {
-            let commands = locked(&robot.commands.messages);
-            commands[commanded..].iter().map(|command| command.twist.linear.x).collect()
-        };
-        let least = speeds.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = speeds.iter().copied().fold(0.0, f64::max);
-        assert!(least > 0.0, "it was told to stand among {} commands", speeds.len());
-        assert!(most <= SLOW + 1e-9, "{most} m/s, and the limit is {SLOW}");
-        assert!(driven > 0.8 * SLOW * f64::from(SECONDS), "{driven:.2} m in {SECONDS} s");
-        let replaced = result(&client, first).await;
-        assert_eq!(replaced.status, ABORTED, "another goal has taken its place");
+        let first = set_out(&robot, &client, goal).await;
+        replace_paths(&robot, &client, goal, first, SECONDS).await;
 
         // Without the limit it arrives; the next one is given up on the way, and one that is none fails.
         client.put("speed_limit", &ros::SpeedLimit::default());
@@ -167,13 +197,31 @@ fn a_path_that_is_replaced_each_second_is_followed_without_a_stop() {
 }
 
 /// The hall of quickstart without people, as a scenario in `folder`.
-fn hall(folder: &std::path::Path) -> std::path::PathBuf {
-    let scenarios = root().join("scenarios");
-    let text = std::fs::read_to_string(scenarios.join("quickstart.toml")).unwrap();
+fn hall(folder: &Path) -> PathBuf {
+    on_map(folder, &root().join("scenarios/maps/quickstart.yaml"))
+}
+
+/// The same task in an empty hall of 80 m by 60 m, whose map has cells of 0.05 m.
+fn large_hall(folder: &Path) -> PathBuf {
+    let (columns, rows) = (1600, 1200);
+    let mut image = format!("P5\n{columns} {rows}\n255\n").into_bytes();
+    for row in 0..rows {
+        let is_wall = |column: usize| row < 4 || row >= rows - 4 || column < 4 || column >= columns - 4;
+        image.extend((0..columns).map(|column| if is_wall(column) { 0 } else { 254 }));
+    }
+    std::fs::write(folder.join("large.pgm"), image).unwrap();
+    let map = folder.join("large.yaml");
+    let text = "image: large.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n\
+                occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+    std::fs::write(&map, text).unwrap();
+    on_map(folder, &map)
+}
+
+/// The task of quickstart without people on this map, as a scenario in `folder`.
+fn on_map(folder: &Path, map: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(root().join("scenarios/quickstart.toml")).unwrap();
     let people = text.find("[[walkers]]").unwrap();
-    let maps = scenarios.join("maps").to_string_lossy().into_owned();
     let file = folder.join("hall.toml");
-    std::fs::write(&file, text[..people].replace("maps/quickstart.yaml", &format!("{maps}/quickstart.yaml")))
-        .unwrap();
+    std::fs::write(&file, text[..people].replace("maps/quickstart.yaml", &map.to_string_lossy())).unwrap();
     file
 }

@@ -1,4 +1,4 @@
-//! What a camera and a bumper tell beside the laser.
+//! What a camera, a bumper and a costmap tell beside the laser.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -33,21 +33,40 @@ fn a_table_that_the_camera_alone_sees_is_driven_around() {
         let (_router, endpoint) = robots_router().await;
         let services = services_with(&(file("r1", &endpoint, "/r1") + SENSORS), "/r1").await;
         let (robot, _map) = localized(&endpoint).await;
-        let start = robot.truth().position();
-        let table = Point2::new(0.5 * (start.x + GOAL.x), 0.5 * (start.y + GOAL.y));
-        *locked(&robot.further.table) = Some(table);
-        robot.peer.put("goal_pose", &goal("map", GOAL.x, GOAL.y));
-        let mut room = f64::INFINITY;
-        let since = Instant::now();
-        while robot.truth().position().distance(GOAL) > 0.8 {
-            assert!(since.elapsed() < LIMIT, "{:?} is as far as it comes", robot.truth());
-            room = room.min(robot.truth().position().distance(table) - TABLE - RADIUS);
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
-        println!("{room:.2} m of room to the table, {:.0} s", since.elapsed().as_secs_f64());
-        assert!(room > 0.0 && room < 2.0, "{room} m");
+        drive_around_a_table(&robot).await;
         services.stop().await;
     });
+}
+
+#[test]
+fn a_table_is_driven_around_that_a_costmap_shows_by_its_changes_alone() {
+    in_turn(async {
+        let (_router, endpoint) = robots_router().await;
+        let costmap = "[[ros2.sensors]]\nname = \"costmap\"\nkind = \"costmap\"\ntopic = \"costmap\"\nrequired = true\n";
+        let services = services_with(&(file("r1", &endpoint, "/r1") + costmap), "/r1").await;
+        let robot = Robot::start(&endpoint, "/r1").await;
+        robot.further.costmap.store(true, Ordering::Relaxed);
+        let _map = robot.localise().await;
+        drive_around_a_table(&robot).await;
+        services.stop().await;
+    });
+}
+
+/// A table stands half way to the goal, where no laser sees it.
+async fn drive_around_a_table(robot: &Robot) {
+    let start = robot.truth().position();
+    let table = Point2::new(0.5 * (start.x + GOAL.x), 0.5 * (start.y + GOAL.y));
+    *locked(&robot.further.table) = Some(table);
+    robot.peer.put("goal_pose", &goal("map", GOAL.x, GOAL.y));
+    let mut room = f64::INFINITY;
+    let since = Instant::now();
+    while robot.truth().position().distance(GOAL) > 0.8 {
+        assert!(since.elapsed() < LIMIT, "{:?} is as far as it comes", robot.truth());
+        room = room.min(robot.truth().position().distance(table) - TABLE - RADIUS);
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    println!("{room:.2} m of room to the table, {:.0} s", since.elapsed().as_secs_f64());
+    assert!(room > 0.0 && room < 2.0, "{room} m");
 }
 
 #[test]

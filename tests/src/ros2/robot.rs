@@ -52,21 +52,65 @@ pub(super) struct Robot {
     playing: JoinHandle<()>,
 }
 
-/// A camera and a bumper.
+/// A camera, a bumper and a costmap.
 #[derive(Default)]
 pub(super) struct Further {
     /// Where the camera sees a round table on the map, over whose foot the laser looks.
     pub(super) table: Mutex<Option<Point2>>,
     /// Whether the bumper is pressed.
     pub(super) pressed: AtomicBool,
+    /// Whether there is a costmap, which begins empty and from then on tells of changes alone.
+    pub(super) costmap: AtomicBool,
+    has_costmap_begun: AtomicBool,
 }
+
+/// Cells along a side of the costmap, and the side of a cell, m. The robot is in its middle.
+const COSTMAP: (u32, f64) = (60, 0.1);
 
 /// Radius of the table, m.
 pub(super) const TABLE: f64 = 0.3;
 
 impl Further {
+    fn say_costmap(&self, peer: &Peer, robot: Pose2, stamp: f64) {
+        let (side, cell) = COSTMAP;
+        let corner = -0.5 * f64::from(side) * cell;
+        if !self.has_costmap_begun.swap(true, Ordering::Relaxed) {
+            let info = ros::MapMetaData {
+                resolution: cell as f32,
+                width: side,
+                height: side,
+                origin: pose(Pose2::new(corner, corner, 0.0)),
+                ..Default::default()
+            };
+            let data = vec![0; (side * side) as usize];
+            peer.put("costmap", &ros::OccupancyGrid { header: header(stamp, "laser"), info, data });
+            return;
+        }
+        let table = locked(&self.table).map(|table| robot.inverse_transform(table));
+        let cells = (0..side * side).map(|at| {
+            let x = corner + (f64::from(at % side) + 0.5) * cell;
+            let y = corner + (f64::from(at / side) + 0.5) * cell;
+            match table {
+                Some(table) if table.distance(Point2::new(x, y)) <= TABLE => 100,
+                _ => 0,
+            }
+        });
+        let changes = ros::OccupancyGridUpdate {
+            header: header(stamp, "laser"),
+            x: 0,
+            y: 0,
+            width: side,
+            height: side,
+            data: cells.collect(),
+        };
+        peer.put("costmap_updates", &changes);
+    }
+
     fn say(&self, peer: &Peer, robot: Pose2, stamp: f64) {
         peer.put("bumper", &ros::Bool { data: self.pressed.load(Ordering::Relaxed) });
+        if self.costmap.load(Ordering::Relaxed) {
+            self.say_costmap(peer, robot, stamp);
+        }
         let Some(table) = *locked(&self.table) else { return };
         let edge = (0..60).flat_map(|k| {
             let (sin, cos) = sin_cos(0.1 * f64::from(k));

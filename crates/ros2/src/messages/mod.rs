@@ -32,7 +32,7 @@ pub use marker::{ColorRgba, CompressedImage, Marker, MarkerArray, MeshFile, UvCo
 pub use navigate_to_pose::{
     Navigated, NavigatingTo, NavigationFeedback, NavigationFeedbackLyrical, TrackingErrors,
 };
-pub use navigation::{Clock, MapMetaData, OccupancyGrid, Odometry, Path};
+pub use navigation::{Clock, MapMetaData, OccupancyGrid, OccupancyGridUpdate, Odometry, Path};
 pub use parameters::{
     AtMostOne, DescribeParametersRequest, DescribeParametersResponse, FloatingPointRange,
     GetParameterTypesRequest, GetParameterTypesResponse, GetParametersRequest, GetParametersResponse,

@@ -57,6 +57,28 @@ message! {
 }
 
 message! {
+    /// What has changed on a map of cells: a rectangle of it.
+    OccupancyGridUpdate = "map_msgs/msg/OccupancyGridUpdate" of Interface::new(
+        "map_msgs/msg/OccupancyGridUpdate",
+        "RIHS01_c4095b0be2e4363f8978a1570e0293ee093436f1e1c61d99b48502ac317025e8",
+    ), at most CELLS + (8 << 10);
+    {
+        /// When, and the frame of the map.
+        header: Header,
+        /// Cells from the map's first column to the rectangle's.
+        x: i32,
+        /// Cells from the map's first row to the rectangle's.
+        y: i32,
+        /// Cells of the rectangle along x.
+        width: u32,
+        /// Cells of it along y.
+        height: u32,
+        /// The row of least y first, as on the map.
+        data: Vec<i8> [CELLS],
+    }
+}
+
+message! {
     /// A way.
     Path = "nav_msgs/msg/Path" of Interface::new(
         "nav_msgs/msg/Path",
