@@ -11,39 +11,9 @@ use crate::occupancy::StaticMap;
 use crate::scene::{People, Scene};
 use crate::states::States;
 
-crate::parameters! {
-    /// How much room is kept around the robot (D12).
-    #[derive(Copy)]
-    #[non_exhaustive]
-    pub struct CollisionParams {
-        /// Standard deviations of position (belief and forecast together) added to every distance, D12's k.
-        pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.5,
-        /// Cap of that addition, metres: beyond it uncertainty would close every passage.
-        pub max_inflation: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.25,
-        /// Room kept to walls whatever the uncertainty, metres: what tracking a trajectory may miss it by.
-        pub wall_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.05,
-        /// Room kept to people whatever the uncertainty, metres.
-        pub person_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.1,
-        /// Whether candidates from which the robot could still be stopped short of people, if they stopped walking
-        /// right now, are preferred to all others. The paper has no such rule.
-        pub stop_short: bool = true,
-        /// Seconds of a trajectory that are checked: the same for every planner, however far it looks ahead. Beyond, a
-        /// forecast at constant velocity says little, and the next cycles look again.
-        pub horizon: f64 [0.1, 60.0, "s", "a decision is followed for a second, and no forecast holds for a minute"] = 3.9,
-        /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there
-        /// as well as now. At 0 all people are forecast to walk on.
-        pub standing: f64 [0.0, 1.0, "m/s", "people walk faster than that"] = 0.0,
-        /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people
-        /// who stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
-        pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
-        /// Whether people are forecast to stop before they walk into the robot where it is, if nothing is free
-        /// otherwise. Without it nothing is free where a person comes, not even to stand.
-        pub people_stop: bool = false,
-        /// Whether the arbiter checks what it takes for collisions before it goes out. Without it the driver's guard
-        /// alone keeps the robot from what its laser sees: for comparing planners that are to answer for themselves.
-        pub final_check: bool = true,
-    }
-}
+mod params;
+
+pub use params::CollisionParams;
 
 /// What a trajectory runs into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,6 +60,8 @@ pub struct CollisionChecker<'a> {
     walks_for: Vec<f64>,
     /// Whether the robot has been in one place for [`CollisionParams::tight_after`].
     tight: bool,
+    /// Seconds of a trajectory for which people are in its way.
+    people_horizon: f64,
 }
 
 impl<'a> CollisionChecker<'a> {
@@ -143,6 +115,7 @@ impl<'a> CollisionChecker<'a> {
             person_cap: Vec::new(),
             walks_for: vec![f64::INFINITY; scene.people.len()],
             tight,
+            people_horizon: params.people_horizon(scene.impatient),
         };
         checker.relax_walls();
         checker.person_cap = (0..scene.people.len())
@@ -314,8 +287,9 @@ impl<'a> CollisionChecker<'a> {
     /// metres of where the robot is.
     pub fn over(&self, steps: usize, dt: f64, reach: f64) -> TrajectoryChecker<'_> {
         // A horizon of whole steps may exceed them by its rounding.
-        let checked = (self.params.horizon / dt - 1e-9).ceil();
-        TrajectoryChecker::new(self, steps.min(checked as usize), dt, reach)
+        let within = |horizon: f64| steps.min((horizon / dt - 1e-9).ceil() as usize);
+        let people_steps = within(self.people_horizon);
+        TrajectoryChecker::new(self, [within(self.params.horizon), people_steps], dt, reach)
     }
 
     /// [`TrajectoryChecker::first_collision`] of one trajectory.
@@ -366,8 +340,9 @@ impl<'a> CollisionChecker<'a> {
 #[derive(Debug, Clone)]
 pub struct TrajectoryChecker<'a> {
     checker: &'a CollisionChecker<'a>,
-    /// States that are checked.
+    /// States that are checked, and those of them for which people are in the way.
     steps: usize,
+    people_steps: usize,
     dt: f64,
     /// Those who can come near, as indices into the scene's people.
     near: Vec<usize>,
@@ -383,20 +358,25 @@ impl<'a> TrajectoryChecker<'a> {
     /// Rounding of distances, metres, and more.
     const ROUNDING: f64 = 1e-6;
 
-    fn new(checker: &'a CollisionChecker<'a>, steps: usize, dt: f64, reach: f64) -> Self {
-        let end = steps as f64 * dt;
+    fn new(
+        checker: &'a CollisionChecker<'a>,
+        [steps, people_steps]: [usize; 2],
+        dt: f64,
+        reach: f64,
+    ) -> Self {
+        let end = people_steps as f64 * dt;
         let near: Vec<usize> =
             (0..checker.people.len()).filter(|&i| checker.comes_near(i, end, reach)).collect();
-        let mut at = Vec::with_capacity((steps + 1) * near.len());
-        for step in 0..=steps {
+        let mut at = Vec::with_capacity((people_steps + 1) * near.len());
+        for step in 0..=people_steps {
             at.extend(near.iter().map(|&i| checker.person_at(i, step as f64 * dt)));
         }
-        let mut asked = Vec::with_capacity(steps * near.len());
-        for step in 0..steps {
+        let mut asked = Vec::with_capacity(people_steps * near.len());
+        for step in 0..people_steps {
             asked.extend(near.iter().map(|&i| checker.gap_asked(i, step as f64 * dt + dt)));
         }
         let stride = near.iter().map(|&i| checker.walked(i, dt)).collect();
-        Self { checker, steps, dt, near, at, asked, stride }
+        Self { checker, steps, people_steps, dt, near, at, asked, stride }
     }
 
     /// The first collision of the trajectory that starts at the belief's pose at time 0 and is at pose k of `poses` at
@@ -409,10 +389,12 @@ impl<'a> TrajectoryChecker<'a> {
         let mut from = checker.start;
         let mut free = (Point2::default(), -1.0);
         for (step, to) in poses.enumerate() {
-            let with = if checker.continue_wall_clear(&mut free, from, to) {
+            let with = if !checker.continue_wall_clear(&mut free, from, to) {
+                Some(Obstacle::Wall)
+            } else if step < self.people_steps {
                 self.person_hit(from, to, step).map(Obstacle::Person)
             } else {
-                Some(Obstacle::Wall)
+                None
             };
             if let Some(with) = with {
                 return Some(Collision { time: step as f64 * self.dt, with });

@@ -165,6 +165,24 @@ fn nothing_is_looked_for_beyond_the_horizon_however_long_the_trajectory() {
 }
 
 #[test]
+fn an_impatient_robot_looks_less_far_ahead_for_people_and_as_far_for_walls() {
+    let map = map();
+    let robot = RobotModel::default();
+    let params = CollisionParams { impatient_horizon: 0.9, ..CollisionParams::default() };
+    let first = |impatient: bool, people: &[(f64, f64, f64, f64)], v: f64| {
+        let scene = Scene { impatient, ..scene(Pose2::new(5.0, 10.0, 0.0), people) };
+        CollisionChecker::new(&map, &robot, &scene, ForecastParams::default(), &params)
+            .first_collision(&straight(v), 0.3)
+    };
+    // One is met after 1.3 s, one after 0.5 s, and the wall after 2.8 s.
+    let far = [(7.0, 10.0, 0.0, 0.0)];
+    assert_eq!(first(false, &far, 1.0).unwrap().with, Obstacle::Person(10));
+    assert_eq!(first(true, &far, 1.0), None);
+    assert_eq!(first(true, &[(6.1, 10.0, 0.0, 0.0)], 1.0).unwrap().with, Obstacle::Person(10));
+    assert_eq!(first(true, &[], 3.3).unwrap().with, Obstacle::Wall);
+}
+
+#[test]
 fn two_who_swap_places_within_one_step_still_meet() {
     let map = map();
     let robot = RobotModel::default();
