@@ -5,6 +5,7 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_mission::convert;
 use curionav_mission::fields::Fields;
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_robot::driver::drive::given_up;
 use curionav_schemas::{Belief, Decision, Mission, MissionEnd, Reject, RunResult};
 
 use crate::record::Record;
@@ -76,6 +77,11 @@ impl Judge {
 /// The scenario's goal, unless the robot was sent elsewhere on the way.
 fn goal_of(mission: &Mission) -> Point2 {
     Point2::new(mission.order.goal_x, mission.order.goal_y)
+}
+
+/// Whether one of these decisions gives the mission up: its driver then ends it.
+pub fn is_given_up(decisions: &[Decision]) -> bool {
+    decisions.iter().any(|decision| given_up(decision).is_some())
 }
 
 /// What the end of its mission means for a run.

@@ -33,6 +33,8 @@ pub(crate) struct Process {
     /// Closed at the end of its standard output.
     answers: Receiver<Vec<u8>>,
     said: Arc<Mutex<Vec<u8>>>,
+    /// Closed at the end of its standard error.
+    speaks: Receiver<()>,
     /// Answers that were late and have not come yet.
     owed: usize,
 }
@@ -71,7 +73,9 @@ impl Process {
         })?;
         let said = Arc::<Mutex<Vec<u8>>>::default();
         let kept = Arc::clone(&said);
+        let (speaking, speaks) = channel();
         spawn("planner-err", move || {
+            let _speaking: Sender<()> = speaking;
             let mut errors = BufReader::new(errors);
             let mut bytes = [0; 1024];
             while let Ok(count @ 1..) = errors.read(&mut bytes) {
@@ -81,7 +85,7 @@ impl Process {
                 kept.drain(..surplus);
             }
         })?;
-        Ok(Self { child, questions, answers, said, owed: 0 })
+        Ok(Self { child, questions, answers, said, speaks, owed: 0 })
     }
 
     /// The answer to `question`, a line without its end, if it comes within `limit`. One that comes later is thrown
@@ -120,6 +124,8 @@ impl Process {
             Ok(status) => format!("the program ended ({status})"),
             Err(error) => format!("the program ended ({error})"),
         };
+        // Its last words may still be under way. What it has started may keep on speaking: that is not waited for.
+        let _ = self.speaks.recv_timeout(END);
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         let said = String::from_utf8_lossy(&said);
         match said.lines().rev().find(|line| !line.trim().is_empty()) {

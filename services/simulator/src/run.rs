@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::World;
 use curionav_crowdsim::outcome::Outcome;
 use curionav_in_process::Prepared;
-use curionav_in_process::judge::{Judge, Standing, outcome_of};
+use curionav_in_process::judge::{Judge, Standing, is_given_up, outcome_of};
 use curionav_in_process::sensed::{Sensed, sense};
 use curionav_planning::geometry::Twist;
 use curionav_runtime::command::Commander;
@@ -237,6 +237,10 @@ impl Streams {
             }
             // Whatever the driver says, a base that is paused brakes.
             world.step(if self.lease.paused_for().is_some() { Twist::default() } else { command });
+            if !realtime && is_given_up(&decisions) {
+                // The driver's word that the mission is over may come later than its command of this tick.
+                let _ = tokio::time::timeout(LAST_ANSWERS, end_of_mission(&missions, &mut said)).await;
+            }
         }
     }
 
