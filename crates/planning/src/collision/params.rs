@@ -25,7 +25,7 @@ crate::parameters! {
         /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there
         /// as well as now. At 0 all people are forecast to walk on.
         pub standing: f64 [0.0, 1.0, "m/s", "people walk faster than that"] = 0.0,
-        /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people
+        /// Seconds in one place after which no more than 0.03 m is asked of walls and of people
         /// who stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
         pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
         /// Whether people are forecast to stop before they walk into the robot where it is, if nothing is free
