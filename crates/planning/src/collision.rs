@@ -286,10 +286,8 @@ impl<'a> CollisionChecker<'a> {
     /// The same checks for many trajectories of up to `steps` states, `dt` seconds apart, that stay within `reach`
     /// metres of where the robot is.
     pub fn over(&self, steps: usize, dt: f64, reach: f64) -> TrajectoryChecker<'_> {
-        // A horizon of whole steps may exceed them by its rounding.
-        let within = |horizon: f64| steps.min((horizon / dt - 1e-9).ceil() as usize);
-        let people_steps = within(self.people_horizon);
-        TrajectoryChecker::new(self, [within(self.params.horizon), people_steps], dt, reach)
+        let checked = steps.min(steps_in(self.params.horizon, dt));
+        TrajectoryChecker::new(self, checked, dt, reach)
     }
 
     /// [`TrajectoryChecker::first_collision`] of one trajectory.
@@ -335,6 +333,11 @@ impl<'a> CollisionChecker<'a> {
     }
 }
 
+/// Steps of `dt` seconds in a horizon. One of whole steps may exceed them by its rounding.
+fn steps_in(horizon: f64, dt: f64) -> usize {
+    (horizon / dt - 1e-9).ceil() as usize
+}
+
 /// A [`CollisionChecker`] with everything computed that depends on people and time alone, so that most people are
 /// passed over with one comparison.
 #[derive(Debug, Clone)]
@@ -358,12 +361,8 @@ impl<'a> TrajectoryChecker<'a> {
     /// Rounding of distances, metres, and more.
     const ROUNDING: f64 = 1e-6;
 
-    fn new(
-        checker: &'a CollisionChecker<'a>,
-        [steps, people_steps]: [usize; 2],
-        dt: f64,
-        reach: f64,
-    ) -> Self {
+    fn new(checker: &'a CollisionChecker<'a>, steps: usize, dt: f64, reach: f64) -> Self {
+        let people_steps = steps.min(steps_in(checker.people_horizon, dt));
         let end = people_steps as f64 * dt;
         let near: Vec<usize> =
             (0..checker.people.len()).filter(|&i| checker.comes_near(i, end, reach)).collect();
